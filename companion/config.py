@@ -1,0 +1,222 @@
+"""The configuration: one TOML file, validated once, frozen after.
+
+Every key carries its unit in its name and its meaning in its section's docstring.  An unknown
+key, a wrong type, a value out of range, or keys that contradict each other end the start with a
+`ConfigError` that names the key and the remedy.
+"""
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta, Struct
+
+from companion.errors import ConfigError
+
+Positive = Annotated[float, Meta(gt=0)]
+NonNegative = Annotated[float, Meta(ge=0)]
+Fraction = Annotated[float, Meta(gt=0, le=1)]
+Latitude = Annotated[float, Meta(ge=-90, le=90)]
+Longitude = Annotated[float, Meta(ge=-180, le=180)]
+
+
+class Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A table of the TOML file."""
+
+
+class Autopilot(Section, frozen=True):
+    """Whom we talk to, and what we may do there.
+
+    `system_id` is the vehicle's (0 = whichever autopilot is heard first); ours is the same, with
+    `component_id` (196 = MAV_COMP_ID_OBSTACLE_AVOIDANCE).
+    """
+
+    system_id: Annotated[int, Meta(ge=0, le=254)] = 0
+    component_id: Annotated[int, Meta(ge=1, le=255)] = 196
+    may_set_mode: bool = False
+    may_arm: bool = False
+    request_messages: bool = True
+    heartbeat_timeout_s: Positive = 3.0
+    position_timeout_s: Positive = 1.0
+
+
+class Links(Section, frozen=True):
+    """Where the bytes come from: MAVLink in pymavlink's or MAVSDK's spelling, CAN as `interface:channel`."""
+
+    mavlink: str = "udpin:0.0.0.0:14550"
+    can: tuple[str, ...] = ()
+
+
+class Goal(Section, frozen=True):
+    """Where to go; reached within `radius_m`."""
+
+    latitude_deg: Latitude
+    longitude_deg: Longitude
+    radius_m: Positive = 15.0
+
+
+class Vehicle(Section, frozen=True):
+    """What the vehicle can do.  `cruise_depth_m = 0` is a surface vehicle."""
+
+    max_speed_mps: Positive = 2.5
+    max_vertical_speed_mps: Positive = 0.5
+    cruise_depth_m: NonNegative = 45.0
+    max_depth_m: NonNegative = 60.0
+    surfaced_depth_m: Positive = 1.0
+    listen_s: NonNegative = 60.0
+
+
+class Contacts(Section, frozen=True):
+    """What is assumed of ships: bounds, not standard deviations.
+
+    `speed_noise_mps` and `course_noise_rad` are the paper's w_v and w_theta; the defaults are for
+    ships under way in open water, the paper's case sets its own.  `position_error_m` applies to
+    reports flagged accurate, `coarse_position_error_m` to the others.
+    """
+
+    speed_noise_mps: NonNegative = 0.25
+    course_noise_rad: Annotated[float, Meta(ge=0, lt=math.pi / 2)] = 0.05
+    position_error_m: NonNegative = 10.0
+    coarse_position_error_m: NonNegative = 30.0
+    heading_error_rad: Annotated[float, Meta(ge=0, le=math.pi)] = 0.05
+    default_length_m: Positive = 200.0
+    default_beam_m: Positive = 32.0
+    default_class_b_length_m: Positive = 25.0
+    default_class_b_beam_m: Positive = 8.0
+    top_speed_mps: Positive = 16.0
+    own_mmsi: Annotated[int, Meta(ge=0, le=999_999_999)] = 0
+
+
+class Field(Section, frozen=True):
+    """The paper's potential field: K_p, K_r, delta and T.
+
+    `attraction = "unit"` pulls with K_p whatever the distance; `"proportional"` is eq. (5) to the
+    letter, K_p times the distance.
+    """
+
+    delta_m: Positive = 5.0
+    horizon_s: Positive = 600.0
+    k_p: Positive = 5.0
+    k_r: Positive = 15000.0
+    attraction: Literal["unit", "proportional"] = "unit"
+
+
+class Planner(Section, frozen=True):
+    """How far ahead each ship's set reaches.
+
+    `"paper"`: the tube from now to the report's time plus T, for every ship.  `"clearing"`: from
+    now until the vehicle has cleared that ship's corridor at full speed, times `clearing_margin`,
+    with a pull toward the ship's stern of `astern_gain` times the repulsion.
+    """
+
+    horizon: Literal["paper", "clearing"] = "paper"
+    clearing_margin: Annotated[float, Meta(ge=1)] = 1.3
+    astern_gain: NonNegative = 0.5
+
+
+class RepulsionChoice(Section, frozen=True):
+    """Who computes the repulsion: the network, or the exact sets.  `model` is a file, or a name in models/."""
+
+    kind: Literal["network", "exact"] = "network"
+    model: str = "straight"
+
+
+class Guard(Section, frozen=True):
+    """The last word: how fast a distance may shrink, how far ahead a set is taken, margins."""
+
+    approach_rate_per_s: Positive = 0.2
+    lookahead_s: NonNegative = 20.0
+    own_position_error_m: NonNegative = 2.0
+
+
+class Timing(Section, frozen=True):
+    """The loop's rate and how long a setpoint stays true."""
+
+    rate_hz: Annotated[float, Meta(gt=0, le=100)] = 10.0
+    setpoint_validity_s: Positive = 0.5
+
+
+class Recording(Section, frozen=True):
+    """Where run folders go; an empty string records nothing."""
+
+    folder: str = "runs"
+
+
+class Config(Section, frozen=True):
+    """The whole file."""
+
+    goal: Goal
+    autopilot: Autopilot = Autopilot()
+    links: Links = Links()
+    vehicle: Vehicle = Vehicle()
+    contacts: Contacts = Contacts()
+    field: Field = Field()
+    planner: Planner = Planner()
+    repulsion: RepulsionChoice = RepulsionChoice()
+    guard: Guard = Guard()
+    timing: Timing = Timing()
+    recording: Recording = Recording()
+
+    def __post_init__(self) -> None:
+        for key, value in _floats("", msgspec.to_builtins(self)):
+            if not math.isfinite(value):
+                raise ValueError(f"{key} = {value}: must be a finite number")
+        if self.vehicle.cruise_depth_m > self.vehicle.max_depth_m:
+            raise ValueError(
+                f"vehicle.cruise_depth_m = {self.vehicle.cruise_depth_m:g} is below "
+                f"vehicle.max_depth_m = {self.vehicle.max_depth_m:g}: raise the one or lower the other"
+            )
+        period_s = 1.0 / self.timing.rate_hz
+        if self.timing.setpoint_validity_s <= period_s:
+            raise ValueError(
+                f"timing.setpoint_validity_s = {self.timing.setpoint_validity_s:g} is not longer than "
+                f"one period of timing.rate_hz ({period_s:g} s): setpoints would expire before the next"
+            )
+
+
+def _floats(prefix: str, node: object) -> list[tuple[str, float]]:
+    if isinstance(node, dict):
+        return [hit for k, v in node.items() for hit in _floats(f"{prefix}.{k}".lstrip("."), v)]
+    return [(prefix, node)] if isinstance(node, float) else []
+
+
+def from_mapping(tables: dict[str, object], origin: str = "configuration") -> Config:
+    """A validated `Config`; raises `ConfigError` naming the key."""
+    try:
+        return msgspec.convert(tables, Config)
+    except (msgspec.ValidationError, ValueError) as error:
+        raise ConfigError(f"{origin}: {_readable(str(error))}") from None
+
+
+def load(path: Path, overrides: dict[str, dict[str, object]] | None = None) -> Config:
+    """Read a TOML file and lay `overrides` (section -> key -> value) over it."""
+    try:
+        tables: dict[str, object] = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}; give --config an existing TOML file") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not TOML: {error}") from None
+    return from_mapping(overlay(tables, overrides or {}), str(path))
+
+
+def overlay(tables: dict[str, object], over: dict[str, dict[str, object]]) -> dict[str, object]:
+    """`tables` with the values of `over` put on top, section by section."""
+    merged = dict(tables)
+    for section, values in over.items():
+        below = merged.get(section, {})
+        merged[section] = {**below, **values} if isinstance(below, dict) else values
+    return merged
+
+
+def to_mapping(config: Config) -> dict[str, object]:
+    """The configuration as plain tables, for the log's first record."""
+    tables: dict[str, object] = msgspec.to_builtins(config)
+    return tables
+
+
+def _readable(text: str) -> str:
+    """msgspec's `Expected ... - at `$.a.b`` turned to begin with the key."""
+    message, at, path = text.partition(" - at `$")
+    return f"{path.strip('`').lstrip('.')}: {message}" if at else text
