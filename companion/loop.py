@@ -1,0 +1,55 @@
+"""One loop for live, simulation and replay: the source owns time, the sink takes bytes.
+
+    for tick in source:  decision = core.step(tick)  ->  journal, encoder, sink
+
+Nothing here knows which of the three it serves.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from companion.instant import Instant
+from companion.messages import Decision, Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """One turn of the loop: the time, and the frames that arrived since the last turn, in order."""
+
+    t: Instant
+    frames: tuple[Frame, ...]
+
+
+class Source(Protocol):
+    """Yields ticks with strictly increasing `t`; ends when the run ends."""
+
+    def __iter__(self) -> Iterator[Tick]: ...
+
+
+class Sink(Protocol):
+    """Takes encoded MAVLink for the autopilot.  Never sends what has expired."""
+
+    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> None:
+        """Send `data` now, at `t`; drop it if `valid_until` has passed on the sink's clock."""
+        ...
+
+
+class Journal(Protocol):
+    """Keeps what happened."""
+
+    def tick(self, tick: Tick) -> None:
+        """What came in."""
+        ...
+
+    def decided(self, decision: Decision) -> None:
+        """What was decided."""
+        ...
+
+    def sent(self, t: Instant, data: bytes) -> None:
+        """What went out."""
+        ...
+
+    def timed(self, t: Instant, step_s: float) -> None:
+        """How long the step took (kept apart: it is the one thing that differs between runs)."""
+        ...

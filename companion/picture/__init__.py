@@ -1,0 +1,1 @@
+"""From contact reports to tracks with bounds."""

@@ -1,0 +1,1 @@
+"""From reachable sets to the velocity the vehicle should fly."""

@@ -1,0 +1,1 @@
+"""Obstacle models: where each ship can be by now."""

@@ -1,0 +1,1 @@
+"""What is trained: data, networks, training, export, certificates."""

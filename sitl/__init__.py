@@ -1,0 +1,1 @@
+"""The bundled sea: vehicle, autopilot, ship traffic, and the links between them and the companion."""
