@@ -30,13 +30,15 @@ class Autopilot(Section, frozen=True):
     """Whom we talk to, and what we may do there.
 
     `system_id` is the vehicle's (0 = whichever autopilot is heard first); ours is the same, with
-    `component_id` (196 = MAV_COMP_ID_OBSTACLE_AVOIDANCE).
+    `component_id` (196 = MAV_COMP_ID_OBSTACLE_AVOIDANCE).  PX4 admits OFFBOARD only while setpoints
+    already stream: `prestream_offboard` sends it zero velocities before, which it ignores.
     """
 
     system_id: Annotated[int, Meta(ge=0, le=254)] = 0
     component_id: Annotated[int, Meta(ge=1, le=255)] = 196
     may_set_mode: bool = False
     may_arm: bool = False
+    prestream_offboard: bool = False
     request_messages: bool = True
     heartbeat_timeout_s: Positive = 3.0
     position_timeout_s: Positive = 1.0

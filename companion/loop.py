@@ -5,12 +5,12 @@
 Nothing here knows which of the three it serves.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 from companion.instant import Instant
-from companion.messages import Decision, Frame
+from companion.messages import Decision, Frame, Outgoing, Setpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,3 +53,49 @@ class Journal(Protocol):
     def timed(self, t: Instant, step_s: float) -> None:
         """How long the step took (kept apart: it is the one thing that differs between runs)."""
         ...
+
+
+class Stepper(Protocol):
+    """The core, as the loop sees it."""
+
+    def step(self, tick: Tick) -> Decision:
+        """Take what arrived and decide."""
+        ...
+
+
+class Encoder(Protocol):
+    """Turns what a decision says into bytes, under the vehicle's system id."""
+
+    system_id: int
+
+    def encode(self, message: Outgoing) -> bytes:
+        """One encoded MAVLink message."""
+        ...
+
+
+def run(
+    source: Source,
+    core: Stepper,
+    encoder: Encoder,
+    sink: Sink,
+    journal: Journal,
+    stopwatch: Callable[[], float],
+) -> Decision | None:
+    """Turn the loop until the source ends; the last decision, if there was one.
+
+    `stopwatch` returns seconds and is only ever used to measure how long a step took.
+    """
+    decision = None
+    for tick in source:
+        journal.tick(tick)
+        started_s = stopwatch()
+        decision = core.step(tick)
+        journal.timed(tick.t, stopwatch() - started_s)
+        journal.decided(decision)
+        if decision.system_id:
+            encoder.system_id = decision.system_id
+        for message in decision.outgoing:
+            data = encoder.encode(message)
+            sink.send(tick.t, data, message.valid_until if isinstance(message, Setpoint) else None)
+            journal.sent(tick.t, data)
+    return decision

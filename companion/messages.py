@@ -210,6 +210,12 @@ class Tracks:
     model: IntArray  # of `Model`
     names: tuple[str, ...] = ()
 
+    @classmethod
+    def empty(cls) -> "Tracks":
+        """No contacts."""
+        none, ids = np.empty(0), np.empty(0, dtype=np.int64)
+        return cls(0, ids, ids, *([none] * 15), model=ids)
+
     def __len__(self) -> int:
         return len(self.mmsi)
 
@@ -325,6 +331,8 @@ class Decision:
     attraction_mps: tuple[float, float] | None
     wanted_ned_mps: tuple[float, float, float] | None
     setpoint: Setpoint | None
+    guard_changed: bool  # the guard let through something else than the planner wanted
     outgoing: tuple[Outgoing, ...]
+    system_id: int = 0  # the vehicle's, once known; the encoder speaks under it
     oldest_used_s: float | None = None  # age of the oldest report that steered the vehicle
     counts: dict[str, int] = field(default_factory=dict)  # frames and messages dropped, by reason

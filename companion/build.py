@@ -1,0 +1,34 @@
+"""From a configuration to a core: the one place that chooses implementations."""
+
+from dataclasses import dataclass
+
+from companion.config import Config
+from companion.core import Core
+from companion.planning.field import ExactRepulsion
+from companion.planning.network import NetworkRepulsion
+from companion.planning.steering import RepulsionField
+from companion.wire.mavlink import MavlinkEncoder
+
+
+@dataclass(frozen=True, slots=True)
+class Companion:
+    """A core ready to step, its encoder, and the digest of the model inside ("" without one)."""
+
+    core: Core
+    encoder: MavlinkEncoder
+    model_digest: str
+
+
+def build(config: Config) -> Companion:
+    """Load the model and put the parts together; raises `ModelError` when they disagree."""
+    repulsion: RepulsionField
+    digest = ""
+    if config.repulsion.kind == "network":
+        network = NetworkRepulsion.load(config.repulsion.model, config)
+        repulsion, digest = network, network.digest
+    else:
+        repulsion = ExactRepulsion(config.field)
+    encoder = MavlinkEncoder(
+        system_id=config.autopilot.system_id, component_id=config.autopilot.component_id
+    )
+    return Companion(Core(config, repulsion), encoder, digest)

@@ -1,0 +1,62 @@
+"""Where the crossing stands: wait, listen at the surface, cross, surface at the goal.
+
+    WAIT --ready--> LISTEN --heard enough--> CROSS --at goal--> SURFACE --surfaced--> ARRIVED
+
+A surface vehicle (cruise depth 0) goes the same way without the dive.
+"""
+
+from companion.config import Goal, Vehicle
+from companion.instant import Instant, elapsed_s
+from companion.messages import OwnState, Phase
+
+
+class Mission:
+    """Keeps the phase; `advance` is the only thing that moves it."""
+
+    def __init__(self, vehicle: Vehicle, goal: Goal) -> None:
+        self._vehicle = vehicle
+        self._goal = goal
+        self._listening_since: Instant | None = None
+        self.phase = Phase.WAIT
+
+    def advance(
+        self,
+        now: Instant,
+        ready: bool,
+        own: OwnState | None,
+        to_goal_m: float | None,
+        reports_heard: int,
+        surface_clear: bool,
+    ) -> Phase:
+        """The phase now.  `ready`: the autopilot takes setpoints and the position is fresh."""
+        if own is None or to_goal_m is None or not ready:
+            return self.phase  # nothing moves while we do not steer
+        surfaced = own.depth_m <= self._vehicle.surfaced_depth_m
+        match self.phase:
+            case Phase.WAIT:
+                self.phase = Phase.LISTEN
+            case Phase.LISTEN:
+                self._listen(now, surfaced, reports_heard)
+            case Phase.CROSS if to_goal_m <= self._goal.radius_m and surface_clear:
+                self.phase = Phase.SURFACE
+            case Phase.SURFACE if to_goal_m > 2 * self._goal.radius_m:
+                self.phase = Phase.CROSS  # driven off by a ship or a current
+            case Phase.SURFACE if surfaced:
+                self.phase = Phase.ARRIVED
+            case _:
+                pass
+        return self.phase
+
+    def target_depth_m(self) -> float:
+        """The depth this phase wants."""
+        return self._vehicle.cruise_depth_m if self.phase is Phase.CROSS else 0.0
+
+    def _listen(self, now: Instant, surfaced: bool, reports_heard: int) -> None:
+        if not surfaced:
+            self._listening_since = None  # the antenna hears nothing under water
+            return
+        if self._listening_since is None:
+            self._listening_since = now
+        listened_s = elapsed_s(self._listening_since, now)
+        if listened_s >= self._vehicle.listen_s and reports_heard > 0:
+            self.phase = Phase.CROSS

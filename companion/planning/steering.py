@@ -1,0 +1,89 @@
+"""From repulsions and goal to the wanted velocity: eq. (10) of the paper, plus what a vehicle needs.
+
+    u = attraction + sum_i repulsion_i          shortened to the vehicle's full speed
+
+Depth is held beside it: the vertical velocity closes on the phase's depth.
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from companion.config import Config
+from companion.instant import Instant
+from companion.messages import FloatArray, OwnState, Phase, Repulsion, Tracks
+from companion.planning.attraction import attraction
+from companion.planning.horizon import clearing_until_age_s, paper_until_age_s
+
+DEPTH_GAIN_PER_S = 0.5
+HOLD_GAIN_PER_S = 0.2
+CREEP_MPS = 0.05  # slow enough to stand still by, fast enough to keep a boat's heading
+
+
+class RepulsionField(Protocol):
+    """Each contact's repulsion, by the network or by the exact sets."""
+
+    def __call__(
+        self, tracks: Tracks, now: Instant, until_age_s: FloatArray, position_m: FloatArray
+    ) -> Repulsion:
+        """Repulsion of every contact's tube [age, until_age_s (n,)] on `position_m` (2,)."""
+        ...
+
+
+class Steering:
+    """The planner: stateless but for its constants."""
+
+    def __init__(self, config: Config, repulsion: RepulsionField) -> None:
+        self._config = config
+        self._repulsion = repulsion
+
+    def repulsion(self, tracks: Tracks, now: Instant, own: OwnState, goal_m: FloatArray) -> Repulsion | None:
+        """What pushes the vehicle; None on an empty picture."""
+        if not len(tracks):
+            return None
+        config = self._config
+        position_m = own.position_m
+        if config.planner.horizon == "paper":
+            until = paper_until_age_s(tracks, config.field)
+        else:
+            until = clearing_until_age_s(
+                tracks, now, position_m, goal_m, config.vehicle.max_speed_mps, config.field, config.planner
+            )
+        return self._repulsion(tracks, now, until, position_m)
+
+    def attraction(self, own: OwnState, goal_m: FloatArray, phase: Phase) -> FloatArray:
+        """(2,) the pull: toward the goal under way, gently onto it at the end, none while listening."""
+        if phase is Phase.CROSS:
+            return attraction(own.position_m, goal_m, self._config.field.k_p, self._config.field.attraction)
+        if phase in (Phase.SURFACE, Phase.ARRIVED):
+            return HOLD_GAIN_PER_S * (goal_m - own.position_m)
+        return np.zeros(2)
+
+    def velocity(
+        self, own: OwnState, tracks: Tracks, pull: FloatArray, push: Repulsion | None, target_depth_m: float
+    ) -> tuple[float, float, float]:
+        """NED velocity, at most the vehicle's full speed."""
+        vehicle = self._config.vehicle
+        u = pull if push is None else pull + push.velocity.sum(axis=0)
+        if push is not None and self._config.planner.horizon == "clearing":
+            u = u + self._config.planner.astern_gain * _astern(tracks, push)
+        speed = float(np.hypot(u[0], u[1]))
+        if speed > vehicle.max_speed_mps:
+            u = u * (vehicle.max_speed_mps / speed)
+        elif speed < CREEP_MPS and vehicle.cruise_depth_m == 0 and own.heading_rad is not None:
+            # to a boat zero velocity means "turn north": creep along the present heading instead
+            u = CREEP_MPS * np.array((np.cos(own.heading_rad), np.sin(own.heading_rad)))
+        limit = vehicle.max_vertical_speed_mps
+        down = min(max(DEPTH_GAIN_PER_S * (target_depth_m - own.depth_m), -limit), limit)
+        return float(u[0]), float(u[1]), down
+
+
+def _astern(tracks: Tracks, push: Repulsion) -> FloatArray:
+    """(2,) the repulsions turned a quarter toward each ship's stern: passes behind, not ahead."""
+    away = push.nearest.away
+    tangent = np.column_stack((-away[:, 1], away[:, 0]))
+    course = np.column_stack((np.cos(tracks.cog_rad), np.sin(tracks.cog_rad)))
+    side = -np.sign((tangent * course).sum(axis=1))
+    strength = np.hypot(push.velocity[:, 0], push.velocity[:, 1])
+    turned: FloatArray = ((side * strength)[:, None] * tangent).sum(axis=0)
+    return turned
