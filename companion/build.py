@@ -28,7 +28,5 @@ def build(config: Config) -> Companion:
         repulsion, digest = network, network.digest
     else:
         repulsion = ExactRepulsion(config.field)
-    encoder = MavlinkEncoder(
-        system_id=config.autopilot.system_id, component_id=config.autopilot.component_id
-    )
+    encoder = MavlinkEncoder(system_id=config.autopilot.system_id, component_id=config.autopilot.component_id)
     return Companion(Core(config, repulsion), encoder, digest)

@@ -119,7 +119,7 @@ class Planner(Section, frozen=True):
 
 
 class RepulsionChoice(Section, frozen=True):
-    """Who computes the repulsion: the network, or the exact sets.  `model` is a file, or a name in models/."""
+    """Who computes the repulsion: the network or the exact sets.  `model`: a file, or a name in models/."""
 
     kind: Literal["network", "exact"] = "network"
     model: str = "straight"

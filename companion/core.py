@@ -194,10 +194,14 @@ class Core:
         said: list[Reason] = []
         exact = int((~push.from_network).sum())
         if exact and self._config.repulsion.kind == "network":
-            said.append(Reason("plan.exact_field", f"{exact} contacts outside the network's range: exact field"))
+            said.append(
+                Reason("plan.exact_field", f"{exact} contacts outside the network's range: exact field")
+            )
         expired = int((tracks.age_s(now) > tracks.validity_s).sum())
         if expired:
-            said.append(Reason("plan.expired", f"{expired} contacts silent too long: may be anywhere in reach"))
+            said.append(
+                Reason("plan.expired", f"{expired} contacts silent too long: may be anywhere in reach")
+            )
         return said
 
     def _setpoint(self, now: Instant, verdict: Verdict) -> Setpoint | None:

@@ -213,15 +213,16 @@ class Tracks:
     @classmethod
     def empty(cls) -> "Tracks":
         """No contacts."""
-        none, ids = np.empty(0), np.empty(0, dtype=np.int64)
-        return cls(0, ids, ids, *([none] * 15), model=ids)
+        x, ids = np.empty(0), np.empty(0, dtype=np.int64)
+        return cls(0, ids, ids, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, ids)
 
     def __len__(self) -> int:
         return len(self.mmsi)
 
     def age_s(self, now: Instant) -> FloatArray:
         """(n,) seconds since each contact's position was measured, never negative."""
-        return np.maximum((now - self.measured_at_ns) * 1e-9, 0.0)
+        age: FloatArray = np.maximum((now - self.measured_at_ns) * 1e-9, 0.0)
+        return age
 
 
 @dataclass(frozen=True, slots=True)
