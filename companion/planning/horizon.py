@@ -36,7 +36,8 @@ def clearing_until_age_s(
 
     def lateral(point: FloatArray) -> FloatArray:
         """Distance to starboard of each ship's course line."""
-        return -(point[0] - tracks.north_m) * sin + (point[1] - tracks.east_m) * cos
+        side_m: FloatArray = (point[1] - tracks.east_m) * cos - (point[0] - tracks.north_m) * sin
+        return side_m
 
     here, there = lateral(position_m), lateral(goal_m)
     reach_m = np.maximum(tracks.bow_m, tracks.stern_m)  # the hull may lie across its course
