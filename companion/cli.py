@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from companion.errors import CompanionError, ConfigError
+from companion.errors import CompanionError
 
 EXIT_OK, EXIT_FAILED, EXIT_USAGE = 0, 1, 2
 
@@ -71,10 +71,14 @@ def _add_demo(commands: Commands) -> None:  # type: ignore[valid-type]
     p.add_argument("--start", type=_position, metavar="LAT,LON", help="where the vehicle begins, degrees")
     p.add_argument("--goal", type=_position, metavar="LAT,LON", help="where it shall arrive, degrees")
     p.add_argument("--seed", type=int, default=1, help="of the ships' noise and phases (%(default)s)")
-    p.add_argument("--config", type=Path, metavar="FILE", help="companion configuration laid over the scenario's")
+    p.add_argument(
+        "--config", type=Path, metavar="FILE", help="companion configuration laid over the scenario's"
+    )
     p.add_argument("--repulsion", choices=("network", "exact"), help="who computes the repulsion")
     p.add_argument("--planner", choices=("paper", "clearing"), help="how far ahead each ship's set reaches")
-    p.add_argument("--out", type=Path, default=Path("runs"), metavar="DIR", help="parent of run folders (%(default)s)")
+    p.add_argument(
+        "--out", type=Path, default=Path("runs"), metavar="DIR", help="parent of run folders (%(default)s)"
+    )
     p.set_defaults(command=_demo)
 
 
@@ -86,11 +90,22 @@ def _add_run(commands: Commands) -> None:  # type: ignore[valid-type]
     """
     p = commands.add_parser("run", help="steer a vehicle: the process for the board", description=text)
     p.add_argument("--config", type=Path, metavar="FILE", help="TOML; see the table in README")
-    p.add_argument("--mavlink", metavar="URL", help="udpin:0.0.0.0:14550, tcp://host:5760, serial:///dev/ttyACM0:57600 ...")
-    p.add_argument("--can", action="append", metavar="INTERFACE:CHANNEL", help="socketcan:can0, udp_multicast:239.74.163.2 ...; repeatable")
+    p.add_argument(
+        "--mavlink",
+        metavar="URL",
+        help="udpin:0.0.0.0:14550, tcp://host:5760, serial:///dev/ttyACM0:57600 ...",
+    )
+    p.add_argument(
+        "--can",
+        action="append",
+        metavar="INTERFACE:CHANNEL",
+        help="socketcan:can0, udp_multicast:239.74.163.2 ...; repeatable",
+    )
     p.add_argument("--goal", type=_position, metavar="LAT,LON", help="degrees")
     p.add_argument("--out", type=Path, metavar="DIR", help="parent of run folders")
-    p.add_argument("--speedup", type=_speedup, default=1.0, metavar="N", help="simulators only: N times real time")
+    p.add_argument(
+        "--speedup", type=_speedup, default=1.0, metavar="N", help="simulators only: N times real time"
+    )
     p.add_argument("--until-arrived", action="store_true", help="end after surfacing at the goal")
     p.set_defaults(command=_run)
 
@@ -106,7 +121,9 @@ def _add_sitl(commands: Commands) -> None:  # type: ignore[valid-type]
     p.add_argument("--start", type=_position, metavar="LAT,LON", help="where the vehicle begins, degrees")
     p.add_argument("--goal", type=_position, metavar="LAT,LON", help="where the run is over, degrees")
     p.add_argument("--mavlink", default="udpout:127.0.0.1:14550", metavar="URL", help="(%(default)s)")
-    p.add_argument("--can", default="udp_multicast:239.74.163.2", metavar="INTERFACE:CHANNEL", help="(%(default)s)")
+    p.add_argument(
+        "--can", default="udp_multicast:239.74.163.2", metavar="INTERFACE:CHANNEL", help="(%(default)s)"
+    )
     p.add_argument("--speedup", type=_speedup, default=1.0, metavar="N", help="N times real time")
     p.add_argument("--seed", type=int, default=1, help="of the ships' noise and phases (%(default)s)")
     p.set_defaults(command=_sitl)
@@ -140,7 +157,16 @@ def _sitl(options: argparse.Namespace) -> int:
 def _replay(options: argparse.Namespace) -> int:
     from companion.replay import replay  # noqa: PLC0415
 
-    return replay(options.run_folder)
+    result = replay(options.run_folder)
+    for note in result.notes:
+        print(f"note: {note}")
+    if not result.complete:
+        print(f"note: the log breaks off: {result.damage or 'the run ended without closing it'}")
+    if result.first is not None:
+        print(f"differs at {result.first}")
+        return EXIT_FAILED
+    print(f"{result.ticks} steps replayed, every decision and every byte sent the same")
+    return EXIT_OK
 
 
 def _position(text: str) -> tuple[float, float]:
@@ -162,6 +188,3 @@ def _speedup(text: str) -> float:
     if not 0.01 <= factor <= 1000:
         raise argparse.ArgumentTypeError(f"{text!r} is not a factor between 0.01 and 1000")
     return factor
-
-
-__all__ = ["ConfigError", "main"]

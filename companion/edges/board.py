@@ -1,0 +1,117 @@
+"""`companion run`: opens the links, turns the loop until told to stop, closes the log."""
+
+import time
+from argparse import Namespace
+from contextlib import ExitStack
+from pathlib import Path
+from threading import Event
+
+from rich.console import Console
+
+from companion.build import Companion, build
+from companion.config import Config, from_mapping, load
+from companion.edges.can_bus import CanBus
+from companion.edges.console import StatusLine
+from companion.edges.live import LinkSink, LiveSource, MonotonicClock
+from companion.edges.mavlink import MavlinkLink
+from companion.edges.run_folder import new_run_folder
+from companion.edges.stopping import stop_on_signals
+from companion.errors import ConfigError
+from companion.instant import Instant
+from companion.loop import Journal, Tick, run as run_loop
+from companion.messages import Decision, Phase
+from companion.record import LOG_NAME, Recorder
+from companion.record.session import session
+
+
+class Journals:
+    """Several journals as one; ends the run on arrival if asked to."""
+
+    def __init__(self, journals: list[Journal], stop: Event, until_arrived: bool) -> None:
+        self._journals = journals
+        self._stop = stop
+        self._until_arrived = until_arrived
+
+    def tick(self, tick: Tick) -> None:
+        """What came in."""
+        for journal in self._journals:
+            journal.tick(tick)
+
+    def decided(self, decision: Decision) -> None:
+        """What was decided."""
+        for journal in self._journals:
+            journal.decided(decision)
+        if self._until_arrived and decision.phase is Phase.ARRIVED:
+            self._stop.set()
+
+    def sent(self, t: Instant, data: bytes) -> None:
+        """What went out."""
+        for journal in self._journals:
+            journal.sent(t, data)
+
+    def timed(self, t: Instant, step_s: float) -> None:
+        """How long the step took."""
+        for journal in self._journals:
+            journal.timed(t, step_s)
+
+
+def run(options: Namespace) -> int:
+    """Steer a vehicle; exit status 0 however the run was ended, once it has begun."""
+    console = Console(stderr=True)
+    config = _configuration(options)
+    companion = build(config)
+    with ExitStack() as stack:
+        stop = stack.enter_context(stop_on_signals())
+        clock = MonotonicClock(speedup=options.speedup)
+        link = MavlinkLink.open(config.links.mavlink)
+        stack.callback(link.close)
+        buses: list[CanBus] = []
+        for spec in config.links.can:
+            buses.append(CanBus.open(spec))
+            stack.callback(buses[-1].close)
+        line = stack.enter_context(StatusLine(console))
+        journals: list[Journal] = [line]
+        recorder = _recorder(config, companion, console)
+        if recorder is not None:
+            journals.append(stack.enter_context(recorder))
+        source = LiveSource(link, buses, config.timing.rate_hz, clock=clock, stop=stop)
+        sink = LinkSink(link, clock)
+        journal = Journals(journals, stop, options.until_arrived)
+        last = run_loop(source, companion.core, companion.encoder, sink, journal, time.perf_counter)
+    _say_farewell(console, last, recorder)
+    return 0
+
+
+def _configuration(options: Namespace) -> Config:
+    over: dict[str, dict[str, object]] = {}
+    if options.goal is not None:
+        over["goal"] = dict(zip(("latitude_deg", "longitude_deg"), options.goal, strict=True))
+    if options.mavlink is not None:
+        over.setdefault("links", {})["mavlink"] = options.mavlink
+    if options.can is not None:
+        over.setdefault("links", {})["can"] = options.can
+    if options.out is not None:
+        over["recording"] = {"folder": str(options.out)}
+    if options.config is not None:
+        return load(options.config, over)
+    if "goal" not in over:
+        raise ConfigError("no goal: give --goal LAT,LON, or --config FILE with a [goal] table")
+    return from_mapping(dict(over), "options")
+
+
+def _recorder(config: Config, companion: Companion, console: Console) -> Recorder | None:
+    if not config.recording.folder:
+        console.print("recording.folder is empty: nothing is recorded", style="yellow")
+        return None
+    folder = new_run_folder(Path(config.recording.folder))
+    console.print(f"recording to {folder}", highlight=False)
+    return Recorder(folder / LOG_NAME, session(config, companion.model_digest))
+
+
+def _say_farewell(console: Console, last: Decision | None, recorder: Recorder | None) -> None:
+    if last is not None:
+        console.print(f"ended in phase {last.phase.value}, status {last.status.value}", highlight=False)
+    if recorder is not None and recorder.failed is not None:
+        console.print(recorder.failed, style="red", highlight=False)
+    elif recorder is not None:
+        console.print(f"log closed: {recorder.path}", highlight=False)
