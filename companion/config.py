@@ -75,7 +75,8 @@ class Contacts(Section, frozen=True):
 
     `speed_noise_mps` and `course_noise_rad` are the paper's w_v and w_theta; the defaults are for
     ships under way in open water, the paper's case sets its own.  `position_error_m` applies to
-    reports flagged accurate, `coarse_position_error_m` to the others.
+    reports flagged accurate, `coarse_position_error_m` to the others.  Below `slow_below_mps` a course
+    means nothing: such a ship may go any way at that speed.
     """
 
     speed_noise_mps: NonNegative = 0.25
@@ -88,6 +89,7 @@ class Contacts(Section, frozen=True):
     default_class_b_length_m: Positive = 25.0
     default_class_b_beam_m: Positive = 8.0
     top_speed_mps: Positive = 16.0
+    slow_below_mps: NonNegative = 0.5
     own_mmsi: Annotated[int, Meta(ge=0, le=999_999_999)] = 0
 
 

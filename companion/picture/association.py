@@ -1,0 +1,127 @@
+"""One ship, one number, and yet perhaps two places: which of them does a report belong to?
+
+A report that the gate refuses is neither believed nor dropped: it opens a second *hypothesis*
+beside the known one, and both get a row in the tracks until the ship's own later reports decide.
+
+    one report                 tracked at once (waiting for a second would be silence)
+    refused by all             a suspect: quarantined, kept beside what was known
+    suspect, second report     confirmed; the old place is given up after `GIVE_UP` reports elsewhere
+    old place goes on          the suspect is refuted after `REFUTE` reports elsewhere
+    a place comes back         after another one was confirmed: two ships share the number, or one
+                               is forged; from then on every place is kept
+
+A refuted place is remembered as the `ghost`, without a row, so that a rare second sender under a
+busy number is recognised when it speaks again.
+"""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from companion.messages import ContactReport
+from companion.picture.plausibility import Gate, Judgement, Motion
+from companion.picture.reports import same_measurement
+
+REFUTE = 2
+GIVE_UP = 3
+MOST_PLACES = 4
+
+
+class Placement(StrEnum):
+    """What became of a report with a position; the values are the keys of `Picture.counts`."""
+
+    FIRST = "picture.first"
+    CONTINUED = "picture.continued"
+    CONFIRMED = "picture.jump_confirmed"
+    QUARANTINED = "picture.quarantined"
+    DUPLICATE = "picture.duplicate"
+    OLDER = "picture.older"
+
+
+@dataclass(slots=True, eq=False)
+class Hypothesis:
+    """One place where the ship may be: its newest fix, reports from there, reports from elsewhere since."""
+
+    motion: Motion
+    hits: int = 1
+    elsewhere: int = 0
+
+    @property
+    def suspect(self) -> bool:
+        """Told by one report only."""
+        return self.hits == 1
+
+    @property
+    def report(self) -> ContactReport:
+        """The newest report believed of it."""
+        return self.motion.report
+
+
+@dataclass(slots=True, eq=False)
+class Places:
+    """The hypotheses of one MMSI, oldest first."""
+
+    held: list[Hypothesis] = field(default_factory=list)
+    ghost: Hypothesis | None = None
+    shared: bool = False  # two senders under one number
+
+    def take(self, report: ContactReport, gate: Gate) -> Placement:
+        """Place a report that has a position."""
+        if not self.held:
+            self.held.append(Hypothesis(gate.begin(report)))
+            return Placement.FIRST
+        if any(same_measurement(h.report, report) for h in self.held):
+            return Placement.DUPLICATE
+        earlier = [h for h in self._known() if h.report.measured_at < report.measured_at]
+        if not earlier:
+            return Placement.OLDER
+        judged = [(gate.judge(h.motion, report), h) for h in earlier]
+        fitting = [(j.innovation, i) for i, (j, _) in enumerate(judged) if j.plausible]
+        if fitting:
+            return self._continue(*judged[min(fitting)[1]])
+        if any(h.report.measured_at >= report.measured_at for h in self.held):
+            return Placement.OLDER
+        self._suspect(Hypothesis(gate.begin(report)))
+        return Placement.QUARANTINED
+
+    def _known(self) -> list[Hypothesis]:
+        return [*self.held, self.ghost] if self.ghost else self.held
+
+    def _continue(self, judgement: Judgement, hit: Hypothesis) -> Placement:
+        was_suspect = hit.suspect
+        others = [h for h in self.held if h is not hit]
+        if hit.elsewhere and any(not h.suspect for h in others if h.elsewhere < hit.elsewhere):
+            self.shared = True
+        hit.motion = judgement.motion
+        hit.hits += 1
+        hit.elsewhere = 0
+        if hit is self.ghost:
+            self.ghost = None
+            self.held.append(hit)
+        for other in others:
+            other.elsewhere += 1
+        if not self.shared:
+            self._give_up(hit)
+        self._limit()
+        return Placement.CONFIRMED if was_suspect and others else Placement.CONTINUED
+
+    def _suspect(self, new: Hypothesis) -> None:
+        for other in self.held:
+            other.elsewhere += 1
+        self.held.append(new)
+        self._limit()
+
+    def _give_up(self, hit: Hypothesis) -> None:
+        for other in list(self.held):
+            if other is hit or hit.suspect:
+                continue
+            if other.elsewhere >= (REFUTE if other.suspect else GIVE_UP):
+                self.held.remove(other)
+                self.ghost = other
+
+    def _limit(self) -> None:
+        """Never more than `MOST_PLACES`: the suspect longest unheard goes first, then the place."""
+        while len(self.held) > MOST_PLACES:
+            suspects = [h for h in self.held[:-1] if h.suspect] or self.held[:-1]
+            gone = max(suspects, key=lambda h: h.elsewhere)
+            self.held.remove(gone)
+            self.ghost = gone

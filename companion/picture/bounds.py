@@ -1,0 +1,116 @@
+"""The one place that turns a report into stated bounds.
+
+A Kalman covariance is not a bound, so nothing of the filter comes in here: the set is anchored at
+the newest believed report itself.  What is assumed, in the order of the code:
+
+- the position is within `position_error_m` (flagged accurate) or `coarse_position_error_m` (not
+  flagged), plus AIS's quantisation, plus the way made in the time stamp's error;
+- a ship under way keeps course and speed within `course_noise_rad` and `speed_noise_mps`, free to
+  vary at every instant, for `horizon_s` after the report (the paper's ship);
+- a ship slower than `slow_below_mps` keeps its speed within the same noise for the same time, but
+  may go any way: a small growing disc, because a course at such speeds means nothing;
+- without speed, or without course at speed, anything up to the top speed: a disc;
+- after `horizon_s` anything up to the top speed, whatever was reported;
+- a hull never reported is the configured one of its class with the antenna anywhere on it;
+- a heading is within `heading_error_rad` and turns with the course; without one the hull may lie
+  any way, as it may for everything that is a disc.  The course does not stand in for a heading.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from companion import config
+from companion.instant import Instant, after
+from companion.messages import ContactReport, Hull, Model, TargetKind
+
+# 1/10000 minute in latitude and longitude, half a step each: 0.0926 m times sqrt 2
+QUANTISATION_M = 0.131
+
+
+class Bounds(NamedTuple):
+    """One row of `Tracks` but for the position; same names, units and meaning."""
+
+    cog_rad: float
+    sog_mps: float
+    heading_rad: float
+    bow_m: float
+    stern_m: float
+    port_m: float
+    starboard_m: float
+    position_error_m: float
+    speed_noise_mps: float
+    course_noise_rad: float
+    heading_error_rad: float
+    disc_speed_mps: float
+    validity_s: float
+    model: float  # of `Model`; a float so that a row is one array
+
+
+@dataclass(frozen=True, slots=True)
+class Assumptions:
+    """What the configuration says of ships, turned into bounds."""
+
+    contacts: config.Contacts
+    horizon_s: float
+
+    def of(self, report: ContactReport, hull: Hull | None, kind: TargetKind, now: Instant) -> Bounds:
+        """The bounds that `report` carries at `now`."""
+        ship = self.contacts
+        sog, cog = report.sog_mps, report.cog_rad
+        slow = self.is_slow(report)
+        top_mps = max(ship.top_speed_mps, (sog or 0.0) + ship.speed_noise_mps)
+        if slow and now < self.expires_at(report):
+            model, disc_mps = Model.DISC, (sog or 0.0) + ship.speed_noise_mps
+        elif slow or sog is None or cog is None:
+            model, disc_mps = Model.DISC, top_mps
+        else:
+            model, disc_mps = Model.STRAIGHT, top_mps
+        fastest_mps = disc_mps if sog is None or model is Model.DISC else sog + ship.speed_noise_mps
+        any_way = report.heading_rad is None or model is Model.DISC
+        extent = hull or self._assumed_hull(kind)
+        return Bounds(
+            cog_rad=cog or 0.0,
+            sog_mps=sog or 0.0,
+            heading_rad=report.heading_rad or 0.0,
+            bow_m=extent.bow_m,
+            stern_m=extent.stern_m,
+            port_m=extent.port_m,
+            starboard_m=extent.starboard_m,
+            position_error_m=self.position_error_m(report)
+            + QUANTISATION_M
+            + fastest_mps * report.age_error_s,
+            speed_noise_mps=ship.speed_noise_mps,
+            course_noise_rad=ship.course_noise_rad,
+            heading_error_rad=math.pi
+            if any_way
+            else min(math.pi, ship.heading_error_rad + ship.course_noise_rad),
+            disc_speed_mps=disc_mps,
+            validity_s=self.horizon_s,
+            model=float(model),
+        )
+
+    def is_slow(self, report: ContactReport) -> bool:
+        """Too slow for its course to mean anything (and never slower than the noise can reverse)."""
+        ship = self.contacts
+        return report.sog_mps is not None and report.sog_mps < max(ship.slow_below_mps, ship.speed_noise_mps)
+
+    def position_error_m(self, report: ContactReport) -> float:
+        """What the sender's accuracy flag is worth."""
+        return self.contacts.position_error_m if report.accurate else self.contacts.coarse_position_error_m
+
+    def top_speed_mps(self, report: ContactReport) -> float:
+        """The most this ship is ever taken to do."""
+        ship = self.contacts
+        return max(ship.top_speed_mps, (report.sog_mps or 0.0) + ship.speed_noise_mps)
+
+    def expires_at(self, report: ContactReport) -> Instant:
+        """When what the ship did at its report stops to bound what it does."""
+        return after(report.measured_at, self.horizon_s)
+
+    def _assumed_hull(self, kind: TargetKind) -> Hull:
+        ship = self.contacts
+        small = kind is TargetKind.CLASS_B
+        length_m = ship.default_class_b_length_m if small else ship.default_length_m
+        beam_m = ship.default_class_b_beam_m if small else ship.default_beam_m
+        return Hull(length_m, length_m, beam_m, beam_m)

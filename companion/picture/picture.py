@@ -1,0 +1,197 @@
+"""The contact picture: reports in, tracks with bounds out.  Nothing is forgotten by time.
+
+    report -> cleaned -> station rule -> contact of its MMSI -> place (association, gate)
+           -> own-ship evidence -> row of stated bounds in the table
+
+A report touches one contact; `tracks` writes the rows of the contacts touched since, and of those
+whose bounds change by age alone, and is otherwise the same object as before.
+"""
+
+from collections import Counter
+
+from companion import config
+from companion.geodesy import LocalFrame
+from companion.instant import Instant
+from companion.messages import ContactReport, OwnPosition, Reason, Source, Tracks
+from companion.picture import notes
+from companion.picture.area import distance_m, may_enter_at
+from companion.picture.association import Placement
+from companion.picture.bounds import Assumptions
+from companion.picture.capacity import Room
+from companion.picture.contact import Contact
+from companion.picture.echo import EchoWatch
+from companion.picture.identity import Station, may_be_a_ship, station
+from companion.picture.plausibility import Gate
+from companion.picture.reports import cleaned, has_position
+from companion.picture.table import NEVER, Row, Table
+
+MOST_CONTACTS = 5000
+
+
+class Picture:
+    """All ships heard of, one contact for each MMSI, whatever the source.
+
+    `counts` has every report's fate under stable keys; `reports_heard` and `last_heard` count them all.
+    Memory is bounded: with `MOST_CONTACTS` known, a new one takes the place of a contact without
+    position, else of the one farthest from us if it is nearer itself, and is refused otherwise; both
+    are counted and noted, for water with unknown ships in it is not clear.
+    """
+
+    def __init__(
+        self, contacts: config.Contacts, field: config.Field, most_contacts: int = MOST_CONTACTS
+    ) -> None:
+        self._assumptions = Assumptions(contacts, field.horizon_s)
+        self._gate = Gate(self._assumptions)
+        self._echo = EchoWatch(contacts.own_mmsi)
+        self._contacts: dict[int, Contact] = {}
+        self._most_contacts = most_contacts
+        self._touched: set[int] = set()
+        self._table = Table()
+        self._slots: dict[int, list[int]] = {}  # of an MMSI's places, in the order of its places
+        self._owner: dict[int, int] = {}  # slot -> mmsi
+        self._room = Room()
+        self._frame: LocalFrame | None = None
+        self._next_change = NEVER
+        self._last: Tracks = self._table.tracks()
+        self.counts: Counter[str] = Counter()
+        self.reports_heard = 0
+        self.last_heard: Instant | None = None
+
+    def __len__(self) -> int:
+        """Contacts known, with or without a row in the tracks."""
+        return len(self._contacts)
+
+    def heard_from(self, mmsi: int) -> dict[Source, int]:
+        """How many reports of a contact came from each source; empty when it is unknown."""
+        contact = self._contacts.get(mmsi)
+        return dict(contact.heard_from) if contact else {}
+
+    def observe_own(self, own: OwnPosition) -> None:
+        """A position of our own platform, to know our echo by."""
+        self._echo.observe_own(own)
+
+    def observe(self, report: ContactReport) -> None:
+        """Take one report, from any source, in any order."""
+        self.reports_heard += 1
+        self.last_heard = max(report.received_at, self.last_heard or report.received_at)
+        report = cleaned(report, self.counts)
+        contact = self._contacts.get(report.mmsi) or self._admit(report)
+        if contact is None:
+            return
+        contact.heard_from[report.source] += 1
+        if contact.complete(report):
+            self._touched.add(report.mmsi)
+        if not has_position(report):
+            self.counts["picture.static"] += 1
+            return
+        self._echo.weigh(contact.echo, report)
+        before = list(contact.places.held)
+        placement = contact.places.take(report, self._gate)
+        self.counts[placement] += 1
+        self._touched.add(report.mmsi)
+        if placement is Placement.CONTINUED or placement is Placement.CONFIRMED:
+            for gone in before:
+                if gone not in contact.places.held:
+                    self.counts["picture.refuted" if gone.suspect else "picture.place_given_up"] += 1
+
+    def tracks(self, now: Instant, frame: LocalFrame) -> Tracks:
+        """All contacts that may be in the area, in MMSI order; the same object while nothing changed.
+
+        An MMSI whose whereabouts are in doubt has several rows, one for each place.
+        """
+        if frame != self._frame:
+            self._frame = frame
+            self._touched.update(self._contacts)
+        if now >= self._next_change:
+            self._touched.update(self._owner[slot] for slot in self._table.due(now))
+        elif not self._touched:
+            return self._last
+        for mmsi in sorted(self._touched):
+            self._write(self._contacts[mmsi], now, frame)
+        self._touched.clear()
+        self._next_change = self._table.next_change()
+        self._last = self._table.tracks()
+        return self._last
+
+    def notes(self, now: Instant) -> list[Reason]:
+        """What an operator should know, a bounded number of sentences."""
+        found = notes.of_contacts(self._contacts.values(), now)
+        left_out = {s: self.counts[_not_a_ship(s)] for s in Station if self.counts[_not_a_ship(s)]}
+        if left_out:
+            listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
+            found.append(Reason("picture.not_ships", f"reports left out: {listed}"))
+        lost = self.counts["picture.refused_when_full"] + self.counts["picture.evicted_when_full"]
+        if lost:
+            text = f"{self._most_contacts} contacts known, far ones are left out: {lost} times"
+            found.append(Reason("picture.full", text))
+        return found
+
+    def _admit(self, report: ContactReport) -> Contact | None:
+        """A contact for a number not known yet, unless it is no ship or there is no room."""
+        sender = station(report.mmsi)
+        if not may_be_a_ship(sender, report):
+            self.counts[_not_a_ship(sender)] += 1
+            return None
+        if len(self._contacts) >= self._most_contacts:
+            gone = self._room.made_by(report, self._contacts.values(), self._echo.newest_place())
+            if gone is None:
+                self.counts["picture.refused_when_full"] += 1
+                return None
+            self.counts["picture.evicted_when_full"] += 1
+            self._resize(gone, 0)
+            self._touched.discard(gone)
+            del self._contacts[gone]
+        contact = self._contacts[report.mmsi] = Contact(report.mmsi, sender)
+        return contact
+
+    def _write(self, contact: Contact, now: Instant, frame: LocalFrame) -> None:
+        held = contact.places.held
+        slots = self._resize(contact.mmsi, len(held))
+        for slot, place in zip(slots, held, strict=True):
+            self._table.write(slot, self._row(contact, place.report, now, frame))
+
+    def _row(self, contact: Contact, report: ContactReport, now: Instant, frame: LocalFrame) -> Row:
+        assert report.latitude_deg is not None
+        assert report.longitude_deg is not None
+        bounds = self._assumptions.of(report, contact.hull, contact.kind, now)
+        hull_m = max(bounds.bow_m, bounds.stern_m) + max(bounds.port_m, bounds.starboard_m)
+        range_m = distance_m(
+            frame.latitude_deg, frame.longitude_deg, report.latitude_deg, report.longitude_deg
+        )
+        enters_at = may_enter_at(
+            report.measured_at,
+            range_m,
+            hull_m + bounds.position_error_m,
+            self._assumptions.top_speed_mps(report),
+        )
+        hidden = contact.echo.hides(now)
+        shown = (enters_at is None or enters_at <= now) and not hidden
+        # a place beyond the horizon has no coordinates on the tangent plane, and needs none
+        north_m, east_m = frame.to_local(report.latitude_deg, report.longitude_deg) if shown else (0.0, 0.0)
+        turns = (enters_at, contact.echo.hidden_until, self._assumptions.expires_at(report))
+        return Row(
+            mmsi=contact.mmsi,
+            measured_at=report.measured_at,
+            north_m=north_m,
+            east_m=east_m,
+            bounds=bounds,
+            name=contact.name,
+            shown=shown,
+            changes_at=min((t for t in turns if t is not None and t > now), default=NEVER),
+        )
+
+    def _resize(self, mmsi: int, wanted: int) -> list[int]:
+        slots = self._slots.setdefault(mmsi, [])
+        while len(slots) < wanted:
+            slots.append(self._table.new_slot())
+            self._owner[slots[-1]] = mmsi
+        while len(slots) > wanted:
+            self._owner.pop(slots[-1])
+            self._table.release(slots.pop())
+        if not slots:
+            del self._slots[mmsi]
+        return slots
+
+
+def _not_a_ship(sender: Station) -> str:
+    return f"picture.not_a_ship.{sender.name.lower()}"
