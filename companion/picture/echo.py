@@ -33,6 +33,7 @@ GENUINE = 3
 REVOKE = 2
 _SAMPLE_GAP_S = 0.2
 _STALE_S = 2.0
+_RESENT_S = 0.6  # gateways pass a report twice within 0.5 s
 _SAMPLES = 400
 
 
@@ -50,6 +51,7 @@ class Evidence:
 
     agreements: deque[Instant] = field(default_factory=lambda: deque(maxlen=RATE_REPORTS))
     in_a_row: int = 0
+    measured_at: Instant = Instant(-(2**62))
     began_at: tuple[float, float] = (0.0, 0.0)
     apart: int = 0
     genuine: bool = False
@@ -80,8 +82,14 @@ class _Trail:
         if len(self.stamps) > _SAMPLES:
             del self.stamps[: _SAMPLES // 2], self.samples[: _SAMPLES // 2]
 
-    def at(self, t: Instant) -> tuple[float, float, float | None] | None:
-        """Latitude, longitude and speed at `t`; None when no sample is near in time."""
+    def at(self, t: Instant, error_s: float) -> tuple[float, float, float | None] | None:
+        """Latitude, longitude and speed at `t`, or as near to it as the error of `t` allows.
+
+        None when no sample is near in time.
+        """
+        if self.stamps:
+            first, last = self.stamps[0], self.stamps[-1]
+            t = max(t, min(first, after(t, error_s))) if t < first else min(t, max(last, after(t, -error_s)))
         i = bisect_left(self.stamps, t)
         near = [s for s in self.samples[max(i - 1, 0) : i + 1] if abs(elapsed_s(s.stamp, t)) <= _STALE_S]
         if not near:
@@ -142,8 +150,9 @@ class EchoWatch:
         if evidence.confirmed or evidence.genuine:
             return
         seen = evidence.agreements
-        if seen and elapsed_s(seen[-1], report.measured_at) < 0.6:
+        if abs(elapsed_s(evidence.measured_at, report.measured_at)) < _RESENT_S:
             return  # the same report sent again proves nothing
+        evidence.measured_at = report.measured_at
         assert report.latitude_deg is not None
         assert report.longitude_deg is not None
         here = report.latitude_deg, report.longitude_deg
@@ -152,7 +161,7 @@ class EchoWatch:
         if not evidence.doubted:
             evidence.doubted = True
             evidence.hidden_until = after(report.received_at, DOUBT_S)
-        seen.append(report.measured_at)
+        seen.append(report.received_at)
         evidence.in_a_row += 1
         by_rate = len(seen) == RATE_REPORTS and elapsed_s(seen[0], seen[-1]) <= RATE_S
         by_way = evidence.in_a_row >= WAY_REPORTS and distance_m(*evidence.began_at, *here) >= WAY_M
@@ -161,16 +170,15 @@ class EchoWatch:
     def _compare(self, report: ContactReport) -> Likeness:
         assert report.latitude_deg is not None
         assert report.longitude_deg is not None
-        places = [trail.at(report.measured_at) for trail in self._trails.values()]
+        places = [trail.at(report.measured_at, report.age_error_s) for trail in self._trails.values()]
         known = [p for p in places if p is not None]
         slack_m = (report.sog_mps or 0.0) * report.age_error_s
         distances = [distance_m(p[0], p[1], report.latitude_deg, report.longitude_deg) for p in known]
-        for distance, place in zip(distances, known, strict=True):
-            same_speed = (
-                None in (place[2], report.sog_mps)
-                or abs((place[2] or 0.0) - (report.sog_mps or 0.0)) <= AGREE_MPS
-            )
-            if distance <= AGREE_M + slack_m and same_speed:
+        for distance, (_, _, own_mps) in zip(distances, known, strict=True):
+            other_mps = report.sog_mps
+            same_speed = own_mps is None or other_mps is None or abs(own_mps - other_mps) <= AGREE_MPS
+            # a time so vague that it would excuse any distance is no evidence
+            if distance <= AGREE_M + slack_m <= 2 * AGREE_M and same_speed:
                 return Likeness.AGREES
         # a platform whose place at that time is not known may be the one that echoes
         if known and len(known) == len(places) and min(distances) > APART_M + slack_m:

@@ -1,6 +1,10 @@
-"""What an operator should know of the picture: a bounded list of sentences, from its state alone."""
+"""What an operator should know of the picture: a bounded list of sentences, from its state alone.
 
-from collections.abc import Callable, Iterable
+A code that begins with "note." informs; one that begins with "picture." is a doubt, and a decision
+that rests on it is degraded.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from companion.instant import Instant
@@ -8,7 +12,7 @@ from companion.messages import Reason
 from companion.picture.contact import Contact
 from companion.picture.identity import Station
 
-_NAMED = 5  # so many numbers are spelt out, the rest is counted
+_NAMED = 3  # so many numbers are spelt out, the rest is counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,59 +22,79 @@ class _Rule:
     text: str
 
 
+def _is_doubted(contact: Contact, now: Instant) -> bool:
+    echo = contact.echo
+    return echo.doubted and not (echo.confirmed or echo.genuine or echo.hides(now))
+
+
 _RULES = (
-    _Rule(
-        "picture.echo",
-        lambda c, _: c.echo.confirmed,
-        "our own ship's reports, no contact: MMSI {which}",
-    ),
-    _Rule(
-        "picture.echo_doubted",
-        lambda c, now: c.echo.doubted and not (c.echo.confirmed or c.echo.genuine or c.echo.hides(now)),
-        "on our own place but not proved to be us, kept as a contact "
-        "(set contacts.own_mmsi if it is us): MMSI {which}",
-    ),
     _Rule(
         "picture.quarantined",
         lambda c, _: not c.places.shared and len(c.places.held) > 1,
-        "a report outside what the ship can have done, both places kept: MMSI {which}",
+        "implausible report, both places kept: {which}",
     ),
     _Rule(
         "picture.shared_number",
         lambda c, _: c.places.shared,
-        "two ships under one number, or one forged, all places kept: MMSI {which}",
+        "one number in two places, all kept: {which}",
     ),
     _Rule(
-        "picture.survivor",
+        "picture.echo_doubted",
+        _is_doubted,
+        "our echo? kept as a contact: {which}; set contacts.own_mmsi if it is us",
+    ),
+    _Rule(
+        "note.echo",
+        lambda c, _: c.echo.confirmed,
+        "our own echo, no contact: {which}",
+    ),
+    _Rule(
+        "note.survivor",
         lambda c, _: c.station is Station.SURVIVOR,
-        "distress transmitter (SART, man overboard or EPIRB): MMSI {which}",
+        "distress transmitter (SART, MOB or EPIRB): {which}",
     ),
     _Rule(
-        "picture.odd_number",
+        "note.odd_number",
         lambda c, _: c.station not in {Station.SHIP, Station.SURVIVOR},
-        "numbers that no ship should have, kept as contacts: MMSI {which}",
+        "no ship's number, kept as contact: {which}",
     ),
     _Rule(
-        "picture.coarse",
+        "note.coarse_position",
         lambda c, _: bool(c.places.held) and not c.places.held[-1].report.accurate,
-        "position not flagged accurate, taken with contacts.coarse_position_error_m: {count} contacts",
+        "{count} contacts not flagged accurate: contacts.coarse_position_error_m holds",
     ),
     _Rule(
-        "picture.no_hull",
+        "note.assumed_hull",
         lambda c, _: bool(c.places.held) and c.hull is None,
-        "size not reported, taken with the configured one: {count} contacts",
+        "{count} contacts of unknown size: the default hull of their class holds",
     ),
 )
 
 
-def of_contacts(contacts: Iterable[Contact], now: Instant) -> list[Reason]:
-    """At most one sentence for each rule, in the order of the rules."""
-    listed = sorted(contacts, key=lambda c: c.mmsi)
-    found = []
-    for rule in _RULES:
-        which = [c.mmsi for c in listed if rule.applies(c, now)]
-        if which:
-            named = ", ".join(str(mmsi) for mmsi in which[:_NAMED])
-            more = f" and {len(which) - _NAMED} more" if len(which) > _NAMED else ""
-            found.append(Reason(rule.code, rule.text.format(which=named + more, count=len(which))))
-    return found
+class Ledger:
+    """Which rule applies to which contact, kept up to date contact by contact."""
+
+    def __init__(self) -> None:
+        self._which: dict[str, set[int]] = {rule.code: set() for rule in _RULES}
+
+    def enter(self, contact: Contact, now: Instant) -> None:
+        """Judge a contact anew."""
+        for rule in _RULES:
+            which = self._which[rule.code]
+            (which.add if rule.applies(contact, now) else which.discard)(contact.mmsi)
+
+    def strike(self, mmsi: int) -> None:
+        """A contact is known no more."""
+        for which in self._which.values():
+            which.discard(mmsi)
+
+    def reasons(self) -> list[Reason]:
+        """At most one sentence for each rule, doubts first."""
+        found = []
+        for rule in _RULES:
+            which = self._which[rule.code]
+            if which:
+                named = ", ".join(str(mmsi) for mmsi in sorted(which)[:_NAMED])
+                more = f" and {len(which) - _NAMED} more" if len(which) > _NAMED else ""
+                found.append(Reason(rule.code, rule.text.format(which=named + more, count=len(which))))
+        return found

@@ -13,14 +13,13 @@ from companion import config
 from companion.geodesy import LocalFrame
 from companion.instant import Instant
 from companion.messages import ContactReport, OwnPosition, Reason, Source, Tracks
-from companion.picture import notes
 from companion.picture.area import distance_m, may_enter_at
-from companion.picture.association import Placement
 from companion.picture.bounds import Assumptions
 from companion.picture.capacity import Room
 from companion.picture.contact import Contact
 from companion.picture.echo import EchoWatch
 from companion.picture.identity import Station, may_be_a_ship, station
+from companion.picture.notes import Ledger
 from companion.picture.plausibility import Gate
 from companion.picture.reports import cleaned, has_position
 from companion.picture.table import NEVER, Row, Table
@@ -45,7 +44,9 @@ class Picture:
         self._echo = EchoWatch(contacts.own_mmsi)
         self._contacts: dict[int, Contact] = {}
         self._most_contacts = most_contacts
-        self._touched: set[int] = set()
+        self._touched: set[int] = set()  # rows to be written
+        self._unjudged: set[int] = set()  # notes to be judged
+        self._ledger = Ledger()
         self._table = Table()
         self._slots: dict[int, list[int]] = {}  # of an MMSI's places, in the order of its places
         self._owner: dict[int, int] = {}  # slot -> mmsi
@@ -79,6 +80,7 @@ class Picture:
         if contact is None:
             return
         contact.heard_from[report.source] += 1
+        self._unjudged.add(report.mmsi)
         if contact.complete(report):
             self._touched.add(report.mmsi)
         if not has_position(report):
@@ -87,12 +89,11 @@ class Picture:
         self._echo.weigh(contact.echo, report)
         before = list(contact.places.held)
         placement = contact.places.take(report, self._gate)
-        self.counts[placement] += 1
+        self.counts[placement.value] += 1
         self._touched.add(report.mmsi)
-        if placement is Placement.CONTINUED or placement is Placement.CONFIRMED:
-            for gone in before:
-                if gone not in contact.places.held:
-                    self.counts["picture.refuted" if gone.suspect else "picture.place_given_up"] += 1
+        for gone in before:
+            if gone not in contact.places.held:
+                self.counts["picture.refuted" if gone.suspect else "picture.place_given_up"] += 1
 
     def tracks(self, now: Instant, frame: LocalFrame) -> Tracks:
         """All contacts that may be in the area, in MMSI order; the same object while nothing changed.
@@ -103,7 +104,9 @@ class Picture:
             self._frame = frame
             self._touched.update(self._contacts)
         if now >= self._next_change:
-            self._touched.update(self._owner[slot] for slot in self._table.due(now))
+            due = {self._owner[slot] for slot in self._table.due(now)}
+            self._touched |= due
+            self._unjudged |= due
         elif not self._touched:
             return self._last
         for mmsi in sorted(self._touched):
@@ -115,14 +118,17 @@ class Picture:
 
     def notes(self, now: Instant) -> list[Reason]:
         """What an operator should know, a bounded number of sentences."""
-        found = notes.of_contacts(self._contacts.values(), now)
+        for mmsi in self._unjudged:
+            self._ledger.enter(self._contacts[mmsi], now)
+        self._unjudged.clear()
+        found = self._ledger.reasons()
         left_out = {s: self.counts[_not_a_ship(s)] for s in Station if self.counts[_not_a_ship(s)]}
         if left_out:
             listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
-            found.append(Reason("picture.not_ships", f"reports left out: {listed}"))
+            found.append(Reason("note.not_ships", f"reports left out: {listed}"))
         lost = self.counts["picture.refused_when_full"] + self.counts["picture.evicted_when_full"]
         if lost:
-            text = f"{self._most_contacts} contacts known, far ones are left out: {lost} times"
+            text = f"{self._most_contacts} contacts, the most held; far ones left out {lost} times"
             found.append(Reason("picture.full", text))
         return found
 
@@ -140,6 +146,8 @@ class Picture:
             self.counts["picture.evicted_when_full"] += 1
             self._resize(gone, 0)
             self._touched.discard(gone)
+            self._unjudged.discard(gone)
+            self._ledger.strike(gone)
             del self._contacts[gone]
         contact = self._contacts[report.mmsi] = Contact(report.mmsi, sender)
         return contact

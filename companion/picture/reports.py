@@ -8,6 +8,7 @@ from companion.instant import Instant, after
 from companion.messages import ContactReport
 
 SAME_MEASUREMENT_S = 0.5
+_LONGEST_S = 5.0  # whatever the stamps' errors: a ship at rest must be heard anew
 _SAME_PLACE_DEG = 5e-7  # a third of AIS's step, several of the wire formats'
 
 
@@ -51,7 +52,7 @@ def same_measurement(known: ContactReport, report: ContactReport) -> bool:
     assert known.longitude_deg is not None
     assert report.latitude_deg is not None
     assert report.longitude_deg is not None
-    within_s = SAME_MEASUREMENT_S + known.age_error_s + report.age_error_s
+    within_s = min(SAME_MEASUREMENT_S + known.age_error_s + report.age_error_s, _LONGEST_S)
     return (
         abs(report.latitude_deg - known.latitude_deg) <= _SAME_PLACE_DEG
         and abs(report.longitude_deg - known.longitude_deg) <= _SAME_PLACE_DEG
