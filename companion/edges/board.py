@@ -18,7 +18,8 @@ from companion.edges.run_folder import new_run_folder
 from companion.edges.stopping import stop_on_signals
 from companion.errors import ConfigError
 from companion.instant import Instant
-from companion.loop import Journal, Tick, run as run_loop
+from companion.loop import Journal, Tick
+from companion.loop import run as run_loop
 from companion.messages import Decision, Phase
 from companion.record import LOG_NAME, Recorder
 from companion.record.session import session
