@@ -87,15 +87,25 @@ def support_hull(
 ) -> FloatArray:
     """Support of the hull rectangle around its antenna, turned by up to `heading_error_rad` either way.
 
-    Directions are from the hull's heading.  An error of pi or more gives the circumscribed circle.
+    Directions are from the hull's heading.
     """
+    turn = known_turn(heading_error_rad)
     longitudinal = (bow_m, np.negative(stern_m), np.negative(stern_m), bow_m)
     lateral = (starboard_m, starboard_m, np.negative(port_m), np.negative(port_m))
     supports = [
-        np.hypot(x, y) * arc_cosine(directions_rad - np.arctan2(y, x), heading_error_rad)
+        np.hypot(x, y) * arc_cosine(directions_rad - np.arctan2(y, x), turn)
         for x, y in zip(longitudinal, lateral, strict=True)
     ]
     return np.asarray(np.maximum.reduce(np.broadcast_arrays(*supports)), dtype=np.float64)
+
+
+def known_turn(heading_error_rad: Values) -> FloatArray:
+    """The error taken as it is up to a quarter turn; a heading known worse counts as unknown (pi).
+
+    The hull is then its circumscribed circle around the antenna: sound, and simpler than the hull
+    of four arcs that overlap all round.
+    """
+    return np.where(np.asarray(heading_error_rad) > np.pi / 2, np.pi, heading_error_rad)
 
 
 def arc_cosine(angle_rad: Values, half_angle_rad: Values) -> FloatArray:
