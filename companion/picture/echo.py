@@ -14,7 +14,6 @@ and once only; whoever was clearly elsewhere `GENUINE` times is never an echo by
 that is clearly elsewhere twice in a row is a contact again.
 """
 
-from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass, field
 from enum import Enum
@@ -22,6 +21,7 @@ from enum import Enum
 from companion.instant import Instant, after, elapsed_s
 from companion.messages import ContactReport, OwnPosition, Source
 from companion.picture.area import distance_m
+from companion.picture.trail import Trail
 
 AGREE_M = 15.0  # two GNSS antennas on one hull, and a second's way between samples
 APART_M = 60.0
@@ -31,18 +31,16 @@ WAY_REPORTS, WAY_M = 5, 100.0
 DOUBT_S = 12.0
 GENUINE = 3
 REVOKE = 2
-_SAMPLE_GAP_S = 0.2
-_STALE_S = 2.0
 _RESENT_S = 0.6  # gateways pass a report twice within 0.5 s
-_SAMPLES = 400
 
 
 class Likeness(Enum):
     """How a report compares with our own platforms."""
 
-    AGREES = 1
-    UNSURE = 0
-    APART = -1
+    AGREES = "agrees"
+    NEAR = "near, but not the same"
+    APART = "apart"
+    UNKNOWN = "cannot be compared"
 
 
 @dataclass(slots=True)
@@ -51,7 +49,7 @@ class Evidence:
 
     agreements: deque[Instant] = field(default_factory=lambda: deque(maxlen=RATE_REPORTS))
     in_a_row: int = 0
-    measured_at: Instant = Instant(-(2**62))
+    measured_at: Instant | None = None
     began_at: tuple[float, float] = (0.0, 0.0)
     apart: int = 0
     genuine: bool = False
@@ -64,59 +62,17 @@ class Evidence:
         return self.confirmed or (self.hidden_until is not None and now < self.hidden_until)
 
 
-@dataclass(slots=True)
-class _Trail:
-    """Where one platform was: a bounded ring of samples, strictly later each."""
-
-    stamps: list[Instant] = field(default_factory=list)
-    samples: list[OwnPosition] = field(default_factory=list)
-
-    def add(self, own: OwnPosition) -> None:
-        if self.stamps and own.stamp < self.stamps[-1]:
-            self.stamps.clear()  # the clock was set back: what went before means nothing now
-            self.samples.clear()
-        if self.stamps and elapsed_s(self.stamps[-1], own.stamp) < _SAMPLE_GAP_S:
-            return
-        self.stamps.append(own.stamp)
-        self.samples.append(own)
-        if len(self.stamps) > _SAMPLES:
-            del self.stamps[: _SAMPLES // 2], self.samples[: _SAMPLES // 2]
-
-    def at(self, t: Instant, error_s: float) -> tuple[float, float, float | None] | None:
-        """Latitude, longitude and speed at `t`, or as near to it as the error of `t` allows.
-
-        None when no sample is near in time.
-        """
-        if self.stamps:
-            first, last = self.stamps[0], self.stamps[-1]
-            t = max(t, min(first, after(t, error_s))) if t < first else min(t, max(last, after(t, -error_s)))
-        i = bisect_left(self.stamps, t)
-        near = [s for s in self.samples[max(i - 1, 0) : i + 1] if abs(elapsed_s(s.stamp, t)) <= _STALE_S]
-        if not near:
-            return None
-        first, last = near[0], near[-1]
-        span_s = elapsed_s(first.stamp, last.stamp)
-        if span_s <= 0.0 or abs(last.longitude_deg - first.longitude_deg) > 180.0:
-            return last.latitude_deg, last.longitude_deg, _speed_mps(last)
-        part = elapsed_s(first.stamp, t) / span_s
-        return (
-            first.latitude_deg + part * (last.latitude_deg - first.latitude_deg),
-            first.longitude_deg + part * (last.longitude_deg - first.longitude_deg),
-            _speed_mps(last),
-        )
-
-
 class EchoWatch:
     """Knows where our platforms were, and weighs reports against it."""
 
     def __init__(self, own_mmsi: int) -> None:
         self._own_mmsi = own_mmsi
-        self._trails: dict[Source, _Trail] = {}
+        self._trails: dict[Source, Trail] = {}
 
     def observe_own(self, own: OwnPosition) -> None:
         """A position of one of our platforms."""
         if -90.0 <= own.latitude_deg <= 90.0 and -180.0 <= own.longitude_deg <= 180.0:
-            self._trails.setdefault(own.source, _Trail()).add(own)
+            self._trails.setdefault(own.source, Trail()).add(own)
 
     def newest_place(self) -> tuple[float, float] | None:
         """Where we are, as far as known: the autopilot's position first."""
@@ -141,7 +97,7 @@ class EchoWatch:
             evidence.hidden_until = None
             evidence.genuine |= evidence.apart >= GENUINE
             evidence.confirmed &= evidence.apart < REVOKE
-        elif not evidence.confirmed:
+        elif likeness is Likeness.NEAR and not evidence.confirmed:
             evidence.in_a_row = 0
             evidence.agreements.clear()
 
@@ -150,7 +106,8 @@ class EchoWatch:
         if evidence.confirmed or evidence.genuine:
             return
         seen = evidence.agreements
-        if abs(elapsed_s(evidence.measured_at, report.measured_at)) < _RESENT_S:
+        last = evidence.measured_at
+        if last is not None and abs(elapsed_s(last, report.measured_at)) < _RESENT_S:
             return  # the same report sent again proves nothing
         evidence.measured_at = report.measured_at
         assert report.latitude_deg is not None
@@ -174,20 +131,13 @@ class EchoWatch:
         known = [p for p in places if p is not None]
         slack_m = (report.sog_mps or 0.0) * report.age_error_s
         distances = [distance_m(p[0], p[1], report.latitude_deg, report.longitude_deg) for p in known]
+        vague = slack_m > AGREE_M  # would excuse any distance
         for distance, (_, _, own_mps) in zip(distances, known, strict=True):
             other_mps = report.sog_mps
             same_speed = own_mps is None or other_mps is None or abs(own_mps - other_mps) <= AGREE_MPS
-            # a time so vague that it would excuse any distance is no evidence
-            if distance <= AGREE_M + slack_m <= 2 * AGREE_M and same_speed:
+            if distance <= AGREE_M + slack_m and same_speed and not vague:
                 return Likeness.AGREES
         # a platform whose place at that time is not known may be the one that echoes
         if known and len(known) == len(places) and min(distances) > APART_M + slack_m:
             return Likeness.APART
-        return Likeness.UNSURE
-
-
-def _speed_mps(own: OwnPosition) -> float | None:
-    if own.velocity_ned_mps is None:
-        return None
-    north, east, _ = own.velocity_ned_mps
-    return float((north**2 + east**2) ** 0.5)
+        return Likeness.UNKNOWN if vague or not known else Likeness.NEAR

@@ -117,6 +117,10 @@ def _transition(dt: float) -> FloatArray:
 
 
 def _disturbance(dt: float, acceleration_mps2: float) -> FloatArray:
-    """Covariance of an unknown acceleration that is constant over `dt`."""
-    g = np.array(((dt * dt / 2, 0.0), (0.0, dt * dt / 2), (dt, 0.0), (0.0, dt))) * acceleration_mps2
-    return g @ g.T
+    """Covariance of an unknown acceleration over `dt`.
+
+    Position and velocity are left uncorrelated, for between two reports a ship may turn and turn
+    back; the rank-one form of a constant acceleration refuses pilot boats that reverse.
+    """
+    position_m, velocity_mps = acceleration_mps2 * dt * dt / 2, acceleration_mps2 * dt
+    return np.diag((position_m**2, position_m**2, velocity_mps**2, velocity_mps**2))
