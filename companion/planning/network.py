@@ -1,0 +1,102 @@
+"""The learned repulsive field: one call of an ONNX network for all contacts.
+
+A contact outside the ranges the network was made for, one whose course bounds nothing any more
+(the disc model, or silent for longer than its validity), or one whose answer is not a number is
+answered by the exact field and marked in `Repulsion.from_network`.
+
+The session is deterministic: one thread, the CPU provider, nodes in sequence.
+"""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import onnxruntime as ort
+
+from companion.config import Config
+from companion.errors import ModelError
+from companion.instant import Instant
+from companion.messages import BoolArray, FloatArray, Model, Nearest, Repulsion, Tracks
+from companion.planning.field import ExactRepulsion
+from companion.planning.model_file import (
+    METADATA_KEY,
+    REMEDY,
+    Metadata,
+    check_agreement,
+    decode_metadata,
+    read_bytes,
+)
+from companion.planning.rows import COLUMNS, ContactRows
+
+INPUT = "contacts"
+OUTPUTS = ["distance_m", "away", "repulsion"]
+
+
+def open_session(content: bytes, origin: str) -> ort.InferenceSession:
+    """A deterministic session; raises `ModelError` on anything that is not a usable ONNX file."""
+    options = ort.SessionOptions()
+    options.intra_op_num_threads = 1
+    options.inter_op_num_threads = 1
+    options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
+    options.log_severity_level = 4
+    try:
+        return ort.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # onnxruntime's own exception classes are private
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ModelError(
+            f"repulsion.model = '{origin}': onnxruntime cannot read it ({reason}); {REMEDY}"
+        ) from None
+
+
+class NetworkRepulsion:
+    """Repulsion from a network, its model checked against the configuration once, at start."""
+
+    def __init__(self, session: ort.InferenceSession, metadata: Metadata, digest: str, exact: ExactRepulsion):
+        self._session = session
+        self.metadata = metadata
+        self.digest = digest  # sha256 of the model file, hexadecimal
+        self._exact = exact
+        self._rows = ContactRows()
+        self._low = np.array([i.low for i in metadata.inputs])
+        self._high = np.array([i.high for i in metadata.inputs])
+
+    @classmethod
+    def load(cls, path_or_name: str | Path, config: Config) -> "NetworkRepulsion":
+        """Read a model file, or a packaged model by its name; raises `ModelError` with the remedy."""
+        origin, content = read_bytes(path_or_name)
+        session = open_session(content, origin)
+        metadata = decode_metadata(session.get_modelmeta().custom_metadata_map.get(METADATA_KEY), origin)
+        have = ([i.name for i in session.get_inputs()], [o.name for o in session.get_outputs()])
+        if have != ([INPUT], OUTPUTS) or session.get_inputs()[0].shape[1:] != [len(COLUMNS)]:
+            raise ModelError(f"repulsion.model = '{origin}': inputs or outputs are not ours; {REMEDY}")
+        check_agreement(metadata, config, origin)
+        return cls(session, metadata, hashlib.sha256(content).hexdigest(), ExactRepulsion(config.field))
+
+    def __call__(
+        self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
+    ) -> Repulsion:
+        """Repulsion of every contact's tube [age, `until_age_s`] on the position (2,)."""
+        rows = self._rows.fill(tracks, now, until_age_s, position_m)
+        learned = self.in_range(rows)
+        learned &= tracks.model == Model.STRAIGHT
+        learned &= tracks.age_s(now) <= tracks.validity_s
+        if not learned.any():
+            return self._exact(tracks, now, until_age_s, position_m)
+        distance, away, velocity = self.run(rows)
+        learned &= np.isfinite(distance) & np.isfinite(away).all(axis=1) & np.isfinite(velocity).all(axis=1)
+        if not learned.all():
+            exact = self._exact(tracks, now, until_age_s, position_m)
+            distance = np.where(learned, distance, exact.nearest.distance_m)
+            away = np.where(learned[:, None], away, exact.nearest.away)
+            velocity = np.where(learned[:, None], velocity, exact.velocity)
+        return Repulsion(Nearest(distance, away), velocity, learned)
+
+    def in_range(self, rows: FloatArray) -> BoolArray:
+        """(n,) whether every column of a row lies in the range the network was made for."""
+        inside: BoolArray = ((rows >= self._low) & (rows <= self._high)).all(axis=1)
+        return inside
+
+    def run(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The network itself: rows (n, 15) to distance (n,), away (n, 2), repulsion (n, 2)."""
+        distance, away, velocity = self._session.run(OUTPUTS, {INPUT: rows})
+        return distance, away, velocity

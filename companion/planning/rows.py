@@ -1,0 +1,68 @@
+"""One row of numbers per contact: what a network reads.
+
+The order of `COLUMNS` is part of the models' format.  Positions are the vehicle's, relative to the
+reported antenna position, in the local north-east frame.
+"""
+
+import numpy as np
+
+from companion.instant import Instant
+from companion.messages import FloatArray, Tracks
+
+COLUMNS = (
+    "north_m",
+    "east_m",
+    "course_rad",
+    "speed_mps",
+    "age_s",
+    "until_age_s",
+    "speed_noise_mps",
+    "course_noise_rad",
+    "heading_rad",
+    "heading_error_rad",
+    "bow_m",
+    "stern_m",
+    "port_m",
+    "starboard_m",
+    "position_error_m",
+)
+
+
+class ContactRows:
+    """Fills the rows; what only a new report changes is kept until the tracks' revision grows."""
+
+    def __init__(self) -> None:
+        self._revision: int | None = None
+        self._rows = np.zeros((0, len(COLUMNS)))
+
+    def fill(
+        self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
+    ) -> FloatArray:
+        """(n, 15) the rows for a vehicle at `position_m` (2,); valid until the next call."""
+        if tracks.revision != self._revision or len(tracks) != len(self._rows):
+            self._keep(tracks)
+        rows = self._rows
+        rows[:, 0] = position_m[0] - tracks.north_m
+        rows[:, 1] = position_m[1] - tracks.east_m
+        rows[:, 4] = tracks.age_s(now)
+        rows[:, 5] = until_age_s
+        return rows
+
+    def _keep(self, tracks: Tracks) -> None:
+        self._revision = tracks.revision
+        self._rows = np.zeros((len(tracks), len(COLUMNS)))
+        columns = (tracks.cog_rad, tracks.sog_mps)
+        self._rows[:, 2:4] = np.column_stack(columns)
+        self._rows[:, 6:] = np.column_stack(
+            (
+                tracks.speed_noise_mps,
+                tracks.course_noise_rad,
+                tracks.heading_rad,
+                tracks.heading_error_rad,
+                tracks.bow_m,
+                tracks.stern_m,
+                tracks.port_m,
+                tracks.starboard_m,
+                tracks.position_error_m,
+            )
+        )

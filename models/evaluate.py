@@ -1,0 +1,46 @@
+"""How far a model is from the exact field, measured through onnxruntime."""
+
+import numpy as np
+import onnx
+
+from companion.messages import FloatArray
+from companion.planning.field import repulsion_strength
+from companion.planning.network import INPUT, OUTPUTS, open_session
+from models import sampling
+from models.spec import Spec
+
+POINTS = 40_000
+NEAR_M = (5.0, 10.0)
+
+
+def errors(model: onnx.ModelProto, spec: Spec, points: int = POINTS) -> dict[str, float]:
+    """Distance, direction and magnitude errors at 5 to 10 m from the set, over the whole domain."""
+    session = open_session(model.SerializeToString(), spec.name)
+    rng = np.random.default_rng((spec.seed, 1))
+    rows = sampling.place(rng, sampling.ships(rng, points, spec.domain), *NEAR_M)
+    distance, away, velocity = session.run(OUTPUTS, {INPUT: rows})
+    true_distance, true_away = sampling.exact(rows)
+    near = (true_distance >= NEAR_M[0] - 0.1) & (true_distance <= NEAR_M[1] + 0.1)
+    under = (true_distance - distance)[near]
+    turned = degrees_between(away, true_away)[near]
+    strength = repulsion_strength(true_distance, spec.field.k_r, spec.field.delta_m)
+    relative = np.abs(np.hypot(velocity[:, 0], velocity[:, 1]) / strength - 1)[near]
+    return {
+        "points": float(near.sum()),
+        "unsafe_points": float((under < 0).sum()),
+        **percentiles("distance_under_m", under),
+        **percentiles("direction_deg", turned),
+        **percentiles("magnitude_relative", relative),
+    }
+
+
+def degrees_between(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(n,) angles between unit vectors (n, 2)."""
+    cross, dot = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
+    return np.asarray(np.degrees(np.abs(np.arctan2(cross, dot))))
+
+
+def percentiles(name: str, values: FloatArray) -> dict[str, float]:
+    """p50, p95, p99 and the greatest value."""
+    at = np.percentile(values, [50, 95, 99, 100])
+    return {f"{name}_{p}": float(v) for p, v in zip(("p50", "p95", "p99", "max"), at, strict=True)}
