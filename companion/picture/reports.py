@@ -8,6 +8,8 @@ from companion.instant import Instant, after
 from companion.messages import ContactReport
 
 SAME_MEASUREMENT_S = 0.5
+FASTEST_MPS = 53.0  # AIS ends at 102.2 knots, 52.6 m/s
+LONGEST_SIDE_M = 1022.0  # and at 511 m to either end, though some senders give all of it one side
 _LONGEST_S = 5.0  # whatever the stamps' errors: a ship at rest must be heard anew
 _SAME_PLACE_DEG = 5e-7  # a third of AIS's step, several of the wire formats'
 
@@ -22,7 +24,7 @@ def cleaned(report: ContactReport, counts: Counter[str]) -> ContactReport:
     if not ((lat is None and lon is None) or _on_the_globe(lat, lon)):
         counts["picture.bad_position"] += 1
         report = replace(report, latitude_deg=None, longitude_deg=None)
-    if sog is not None and not (math.isfinite(sog) and sog >= 0.0):
+    if sog is not None and not 0.0 <= sog <= FASTEST_MPS:
         counts["picture.bad_speed"] += 1
         report = replace(report, sog_mps=None)
     cog, heading = _finite(report.cog_rad), _finite(report.heading_rad)
@@ -72,4 +74,4 @@ def _finite(angle_rad: float | None) -> float | None:
 
 
 def _is_hull(*extent_m: float) -> bool:
-    return all(math.isfinite(side) and side >= 0.0 for side in extent_m)
+    return all(0.0 <= side <= LONGEST_SIDE_M for side in extent_m)

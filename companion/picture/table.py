@@ -101,8 +101,8 @@ class Table:
         if self._order is None:
             shown = [(row.mmsi, slot) for slot, row in enumerate(self._rows) if row and row.shown]
             self._order = np.array([slot for _, slot in sorted(shown)], dtype=np.int64)
-        values = self._values[:, self._order]
-        whole = self._whole[:, self._order]
+        values = np.take(self._values, self._order, axis=1)
+        whole = np.take(self._whole, self._order, axis=1)
         model = values[_MODEL].astype(np.int64)
         for array in (values, whole, model):
             array.flags.writeable = False

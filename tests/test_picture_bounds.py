@@ -1,0 +1,169 @@
+"""Stated bounds: what a report is worth, and that a ship within the assumptions stays in its set."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from companion import reach
+from companion.instant import instant
+from companion.messages import Hull, Model, TargetKind, Tracks
+from companion.picture.bounds import QUANTISATION_M
+from tests.contact_reports import picture, report, static, tracks
+
+HULL = Hull(100.0, 50.0, 10.0, 12.0)
+T = 600.0  # the horizon of the default configuration
+
+
+def row(table: Tracks, column: str) -> float:
+    assert len(table) == 1
+    return float(getattr(table, column)[0])
+
+
+def test_a_ship_under_way_goes_straight_within_the_configured_noise() -> None:
+    table = tracks(picture(report(0.0, hull=HULL), speed_noise_mps=0.05, course_noise_rad=0.01), 0.0)
+    assert row(table, "model") == Model.STRAIGHT
+    assert row(table, "speed_noise_mps") == 0.05
+    assert row(table, "course_noise_rad") == 0.01
+    assert row(table, "validity_s") == T
+    assert row(table, "disc_speed_mps") == 16.0
+
+
+@pytest.mark.parametrize(("accurate", "error_m"), [(True, 10.0), (False, 30.0)])
+def test_the_position_is_as_good_as_its_flag_and_its_time_stamp(accurate: bool, error_m: float) -> None:
+    sharp = tracks(picture(report(0.0, accurate=accurate)), 0.0)
+    assert row(sharp, "position_error_m") == pytest.approx(error_m + QUANTISATION_M)
+    vague = tracks(picture(report(0.0, accurate=accurate, age_error_s=2.0)), 0.0)
+    assert row(vague, "position_error_m") == pytest.approx(error_m + QUANTISATION_M + (5.0 + 0.25) * 2.0)
+
+
+@pytest.mark.parametrize(
+    "missing", [{"sog_mps": None}, {"cog_rad": None}, {"sog_mps": None, "cog_rad": None}]
+)
+def test_without_course_or_speed_a_ship_may_do_its_top_speed_anywhere(missing: dict[str, None]) -> None:
+    table = tracks(picture(report(0.0, 0.0, 0.0, **missing)), 0.0)
+    assert row(table, "model") == Model.DISC
+    assert row(table, "disc_speed_mps") == 16.0
+    assert row(table, "heading_error_rad") == math.pi
+
+
+def test_a_ship_faster_than_the_top_speed_has_its_own() -> None:
+    table = tracks(picture(report(0.0, sog_mps=18.5)), 0.0)
+    assert row(table, "disc_speed_mps") == pytest.approx(18.75)
+
+
+@pytest.mark.parametrize("cog_rad", [None, 1.0])
+def test_a_slow_ship_is_a_small_disc_for_as_long_as_a_fast_one_goes_straight(cog_rad: float | None) -> None:
+    heard = picture(report(0.0, sog_mps=0.1, cog_rad=cog_rad))
+    table = tracks(heard, 0.0)
+    assert row(table, "model") == Model.DISC
+    assert row(table, "disc_speed_mps") == pytest.approx(0.35)
+    assert tracks(heard, T - 1e-9) is table
+    expired = tracks(heard, T)
+    assert row(expired, "disc_speed_mps") == 16.0
+    assert expired.revision > table.revision
+    assert tracks(heard, 10 * T) is expired
+
+
+def test_a_slow_ship_that_reports_again_is_slow_again() -> None:
+    heard = picture(report(0.0, sog_mps=0.1))
+    assert row(tracks(heard, T), "disc_speed_mps") == 16.0
+    heard.observe(report(T + 1.0, sog_mps=0.1))
+    assert row(tracks(heard, T + 1.0), "disc_speed_mps") == pytest.approx(0.35)
+
+
+def test_no_straight_ship_can_turn_back_within_the_noise() -> None:
+    """The threshold follows the noise: v - w_v is never negative in a STRAIGHT row."""
+    table = tracks(picture(report(0.0, sog_mps=0.9), speed_noise_mps=1.0), 0.0)
+    assert row(table, "model") == Model.DISC
+
+
+def test_a_heading_is_known_within_its_error_and_turns_with_the_course() -> None:
+    table = tracks(picture(report(0.0, heading_rad=0.2)), 0.0)
+    assert row(table, "heading_rad") == pytest.approx(0.2)
+    assert row(table, "heading_error_rad") == pytest.approx(0.05 + 0.05)
+
+
+def test_the_course_does_not_stand_in_for_a_heading() -> None:
+    table = tracks(picture(report(0.0, heading_rad=None)), 0.0)
+    assert row(table, "heading_error_rad") == math.pi
+
+
+@pytest.mark.parametrize(
+    ("kind", "length_m", "beam_m"),
+    [(TargetKind.CLASS_A, 200.0, 32.0), (TargetKind.UNKNOWN, 200.0, 32.0), (TargetKind.CLASS_B, 25.0, 8.0)],
+)
+def test_a_hull_never_told_is_its_class_s_with_the_antenna_anywhere(
+    kind: TargetKind, length_m: float, beam_m: float
+) -> None:
+    table = tracks(picture(report(0.0, kind=kind)), 0.0)
+    assert row(table, "bow_m") == row(table, "stern_m") == length_m
+    assert row(table, "port_m") == row(table, "starboard_m") == beam_m
+
+
+def test_a_told_hull_is_taken_as_it_is() -> None:
+    table = tracks(picture(report(0.0), static(0.0, hull=HULL)), 0.0)
+    assert [row(table, f"{side}_m") for side in ("bow", "stern", "port", "starboard")] == [100, 50, 10, 12]
+
+
+unit = st.floats(-1.0, 1.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    sog=st.one_of(st.none(), st.floats(0.0, 14.0)),
+    cog=st.floats(-math.pi, math.pi),
+    heading=st.one_of(st.none(), st.floats(-math.pi, math.pi)),
+    noise=st.tuples(unit, unit, unit, st.floats(0.0, 1.0), st.floats(-math.pi, math.pi), unit),
+    age=st.floats(0.0, 1200.0),
+    vague_s=st.floats(0.0, 5.0),
+    turns=st.floats(-math.pi, math.pi),
+)
+def test_a_ship_within_the_assumptions_is_wholly_inside_its_set(
+    sog: float | None,
+    cog: float,
+    heading: float | None,
+    noise: tuple[float, ...],
+    age: float,
+    vague_s: float,
+    turns: float,
+) -> None:
+    """A truth is made, reported with errors at their worst, sailed on, and its corners looked for."""
+    speed_bit, course_bit, heading_bit, off_m, off_to, late = noise
+    measured_s = 100.0
+    said = report(
+        110.0,
+        10.0 * off_m * math.cos(off_to),
+        10.0 * off_m * math.sin(off_to),
+        measured_at=instant(measured_s),
+        age_error_s=vague_s,
+        sog_mps=sog,
+        cog_rad=cog,
+        heading_rad=heading,
+        hull=HULL,
+    )
+    assumed = 600.0 if sog is not None else 0.0
+    true_since_s = measured_s + late * vague_s  # when it really was at the origin
+    now_s = 110.0 + age
+    sailed_s = now_s - true_since_s
+    if sog is None or now_s - measured_s > assumed:
+        speed, course = 16.0 * abs(speed_bit), turns
+    elif sog < 0.5:
+        speed, course = (sog + 0.25) * abs(speed_bit), turns
+    else:
+        speed, course = sog + 0.25 * speed_bit, cog + 0.05 * course_bit
+    if heading is None or sog is None or sog < 0.5 or now_s - measured_s > assumed:
+        lies = turns
+    else:
+        lies = heading + 0.05 * heading_bit + (course - cog)
+    north, east = sailed_s * speed * math.cos(course), sailed_s * speed * math.sin(course)
+    table = tracks(picture(said), now_s)
+    sets = reach.at(table, instant(now_s))
+    for ahead, right in ((100.0, 12.0), (100.0, -10.0), (-50.0, 12.0), (-50.0, -10.0)):
+        corner = (
+            north + ahead * math.cos(lies) - right * math.sin(lies),
+            east + ahead * math.sin(lies) + right * math.cos(lies),
+        )
+        distance_m = sets.nearest(table.north_m[:1].repeat(2) * 0.0 + corner).distance_m
+        assert distance_m[0] <= 0.01
