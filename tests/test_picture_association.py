@@ -85,6 +85,14 @@ def test_an_impossible_acceleration_is_not_believed_at_once(speed_mps: float) ->
     assert sorted(tracks(heard, 10.0).sog_mps) == [5.0, speed_mps]
 
 
+def test_a_late_report_from_where_the_ship_cannot_have_been_is_a_place_of_its_own() -> None:
+    heard = picture(*sail(0.0, 5), report(41.0, 200.0, FAR, measured_at=instant(39.0)))
+    assert easts(tracks(heard, 41.0)) == [0, 20]
+    heard.observe(report(42.0, 150.0, 0.0, measured_at=instant(31.0)))
+    assert heard.counts["picture.older"] == 1
+    assert easts(tracks(heard, 42.0)) == [0, 20]
+
+
 def test_number_of_places_is_bounded() -> None:
     heard = picture(*(report(10.0 * i, 0.0, FAR * (i % 7 - 3)) for i in range(200)))
     assert len(tracks(heard, 2000.0)) <= 4

@@ -6,6 +6,7 @@ beside the known one, and both get a row in the tracks until the ship's own late
     one report                 tracked at once (waiting for a second would be silence)
     refused by all             a suspect: quarantined, kept beside what was known
     suspect, second report     confirmed; the old place is given up after `GIVE_UP` reports elsewhere
+    older than what is known   left out if the ship can have come from there, else a suspect too
     old place goes on          the suspect is refuted after `REFUTE` reports elsewhere
     a place comes back         after another one was confirmed: two ships share the number, or one
                                is forged; from then on every place is kept
@@ -72,13 +73,12 @@ class Places:
         if any(same_measurement(h.report, report) for h in self.held):
             return Placement.DUPLICATE
         earlier = [h for h in self._known() if h.report.measured_at < report.measured_at]
-        if not earlier:
-            return Placement.OLDER
         judged = [(gate.judge(h.motion, report), h) for h in earlier]
         fitting = [(j.innovation, i) for i, (j, _) in enumerate(judged) if j.plausible]
         if fitting:
             return self._continue(*judged[min(fitting)[1]])
-        if any(h.report.measured_at >= report.measured_at for h in self.held):
+        later = [h.report for h in self.held if h.report.measured_at >= report.measured_at]
+        if any(gate.can_lead_to(report, known) for known in later):
             return Placement.OLDER
         self._suspect(Hypothesis(gate.begin(report)))
         return Placement.QUARANTINED

@@ -66,7 +66,7 @@ class Gate:
     def judge(self, known: Motion, report: ContactReport) -> Judgement:
         """Whether `report`, measured after `known`, can be the same ship."""
         dt = elapsed_s(known.report.measured_at, report.measured_at)
-        if self._impossible(known.report, report, dt):
+        if not self.can_lead_to(known.report, report):
             return Judgement(False, math.inf, self.begin(report))
         moved = known.plane.to_local(*_place(report))
         velocity = _velocity_mps(report)
@@ -83,11 +83,13 @@ class Gate:
         after = Motion(report, _plane(report), mean, np.array(kalman.P))
         return Judgement(innovation <= GATE[size], innovation, after)
 
-    def _impossible(self, before: ContactReport, report: ContactReport, dt: float) -> bool:
+    def can_lead_to(self, before: ContactReport, report: ContactReport) -> bool:
+        """Whether the way from one place to the other is possible at all in the time between."""
         top_mps = max(self._assumptions.top_speed_mps(before), self._assumptions.top_speed_mps(report))
+        dt = elapsed_s(before.measured_at, report.measured_at)
         time_s = dt + before.age_error_s + report.age_error_s
         errors_m = self._assumptions.position_error_m(before) + self._assumptions.position_error_m(report)
-        return distance_m(*_place(before), *_place(report)) > _SPEED_MARGIN * top_mps * time_s + errors_m
+        return distance_m(*_place(before), *_place(report)) <= _SPEED_MARGIN * top_mps * time_s + errors_m
 
     def _sigma_m(self, report: ContactReport) -> float:
         """The bounds are taken for two sigma here."""
