@@ -2,6 +2,9 @@
 
 from companion.messages import Hull
 
+# A report without a time stamp is as old as reports with one are when they arrive: of the recorded
+# ones (4231 of sound transponders) 98 % at most 3 s.
+UNSTAMPED_AGE_ERROR_S = 3.0
 HIGHEST_MMSI = 999_999_999
 FASTEST_MPS = 102.25 * 1852 / 3600  # 1022 means "102.2 knots or more", 1023 "not available"
 NAVIGATIONAL_STATUS_UNKNOWN = 15

@@ -14,11 +14,12 @@ from companion.messages import ContactReport, Hull, Source, TargetKind
 from companion.utc import UtcClock
 from companion.wire import ais_rules
 
-# Measured on the recorded logs (4571 stamped reports): 99 % of the reports of sound transponders are
-# younger than 4 s, the oldest 4.9 s; the bus's own statements of UTC differ by up to 1.3 s.
-AGE_ERROR_S = 2.0  # one second each for the stamp's resolution and for UTC
-UNKNOWN_AGE_ERROR_S = 5.0  # no stamp, or no UTC: it is as old as other reports are
-PLAUSIBLE_AGE_S = 5.0  # beyond: a late report, or a transponder whose clock is off (GPS for UTC: 42 s)
+# One second each for the stamp's resolution and for UTC, on which the talkers of one recorded bus
+# differ by 1.3 s.
+AGE_ERROR_S = 2.0
+# The oldest recorded report of a sound transponder had 4.9 s.  Beyond: a late report, or a clock
+# that is off (24 s and, GPS time for UTC, 42 s were recorded).
+PLAUSIBLE_AGE_S = 5.0
 AHEAD_S = 3.0  # a stamp this much ahead of our UTC is a fresh report, not one 57 s old
 
 _PREFIX = struct.Struct("<BIiiBHH")  # message id, MMSI, longitude, latitude, flags, COG, SOG
@@ -49,7 +50,7 @@ def measured(received: Instant, second: int, utc: UtcClock) -> tuple[Instant, fl
     """
     now_ns = utc.utc_ns(received)
     if second >= _NOT_MEASURED or now_ns is None:
-        return received, UNKNOWN_AGE_ERROR_S
+        return received, ais_rules.UNSTAMPED_AGE_ERROR_S
     age_ns = (now_ns - second * NS_PER_S) % (60 * NS_PER_S)
     if age_ns > (60 - AHEAD_S) * NS_PER_S:
         age_ns = 0
@@ -129,7 +130,7 @@ def _static(
         source=Source.NMEA2000,
         received_at=received,
         measured_at=received,
-        age_error_s=UNKNOWN_AGE_ERROR_S,
+        age_error_s=ais_rules.UNSTAMPED_AGE_ERROR_S,
         kind=kind,
         hull=hull,
         ship_type=ship_type or None,

@@ -1,0 +1,113 @@
+"""MAVLink 1 and 2 packets out of bytes, however the link cut them.
+
+Our own search for packets, on the dialect's definitions: the library's parser gives up as many
+bytes as a damaged header claims, and the good packets among them.  Here a packet that fails its
+checksum costs one byte, and the search goes on inside it.
+
+Signed packets are taken without checking the signature: no key is configured.
+"""
+
+import re
+from collections import Counter
+from typing import Any, NamedTuple
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from companion.instant import NS_PER_S, Instant
+
+MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
+_SIGNED = 0x01  # the only incompatibility flag there is
+_SIGNATURE = 13
+_MAGIC = re.compile(rb"[\xfd\xfe]")
+_STALLED_NS = NS_PER_S // 2  # a packet whose rest does not come by then never comes
+
+
+class Packet(NamedTuple):
+    """One packet that passed its checksum."""
+
+    system_id: int
+    component_id: int
+    message_id: int
+    payload: bytes
+
+
+def fields(message_id: int, payload: bytes) -> dict[str, Any]:
+    """A message's fields by name, in the units of the definition; raw bytes for texts.
+
+    MAVLink 2 leaves zeros at the end away; newer senders may append what we do not know.
+    """
+    definition = dialect.mavlink_map[message_id]
+    size = definition.unpacker.size
+    values = definition.unpacker.unpack(payload[:size].ljust(size, b"\0"))
+    return dict(zip(definition.ordered_fieldnames, values, strict=True))
+
+
+class MavlinkFrames:
+    """Keeps the packet that is not complete yet: less than 300 bytes."""
+
+    def __init__(self, counts: Counter[str] | None = None) -> None:
+        self.counts: Counter[str] = Counter() if counts is None else counts
+        self._rest = b""
+        self._rest_stamp = Instant(0)
+
+    def push(self, stamp: Instant, data: bytes) -> list[Packet]:
+        """The packets that `data` completes."""
+        old = len(self._rest)
+        is_stalled = old > 0 and abs(stamp - self._rest_stamp) > _STALLED_NS
+        data = self._rest + data
+        packets: list[Packet] = []
+        at = 0
+        while True:
+            found = _MAGIC.search(data, at)
+            start = found.start() if found else len(data)
+            if start > at:
+                self.counts["mavlink.skipped_bytes"] += start - at
+                at = start
+            length = _length(data, at)
+            if at + length > len(data):
+                if not (is_stalled and at < old):
+                    break
+                self.counts["mavlink.stalled"] += 1
+                length = 0
+            at += self._take(data, at, length, packets) if length else 1
+        if at >= old:
+            self._rest_stamp = stamp
+        self._rest = data[at:]
+        return packets
+
+    def _take(self, data: bytes, at: int, length: int, packets: list[Packet]) -> int:
+        """Judge the complete packet at `at`; return how many bytes are done with."""
+        if data[at] == MAGIC_V2:
+            payload_at, system, component = at + 10, data[at + 5], data[at + 6]
+            message_id = data[at + 7] | data[at + 8] << 8 | data[at + 9] << 16
+        else:
+            payload_at, system, component, message_id = at + 6, data[at + 3], data[at + 4], data[at + 5]
+        payload_end = payload_at + data[at + 1]
+        definition = dialect.mavlink_map.get(message_id)
+        if definition is None:
+            # not checkable: believed only if another packet, or nothing, follows
+            if at + length < len(data) and data[at + length] not in (MAGIC_V1, MAGIC_V2):
+                self.counts["mavlink.bad_crc"] += 1
+                return 1
+            self.counts["mavlink.unknown"] += 1
+            return length
+        crc = dialect.x25crc(data[at + 1 : payload_end])
+        crc.accumulate(bytes((definition.crc_extra,)))
+        if crc.crc != data[payload_end] | data[payload_end + 1] << 8:
+            self.counts["mavlink.bad_crc"] += 1
+            return 1
+        self.counts["mavlink.packets"] += 1
+        packets.append(Packet(system, component, message_id, data[payload_at:payload_end]))
+        return length
+
+
+def _length(data: bytes, at: int) -> int:
+    """Length of the packet that begins at `at`; 0 if none can, and more than there is if it is cut."""
+    if len(data) - at < 3:
+        return 3
+    if data[at] == MAGIC_V1:
+        return data[at + 1] + 8
+    flags = data[at + 2]
+    if flags & ~_SIGNED:
+        return 0
+    return data[at + 1] + 12 + (_SIGNATURE if flags else 0)
