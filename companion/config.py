@@ -32,6 +32,8 @@ class Autopilot(Section, frozen=True):
     `system_id` is the vehicle's (0 = whichever autopilot is heard first); ours is the same, with
     `component_id` (196 = MAV_COMP_ID_OBSTACLE_AVOIDANCE).  PX4 admits OFFBOARD only while setpoints
     already stream: `prestream_offboard` sends it zero velocities before, which it ignores.
+    `ais_sender` names the reading of AIS_VESSEL: ArduPilot of 2025 says turn rates in cdeg/s, earlier
+    ones also speeds in 0.1 knots.
     """
 
     system_id: Annotated[int, Meta(ge=0, le=254)] = 0
@@ -40,6 +42,7 @@ class Autopilot(Section, frozen=True):
     may_arm: bool = False
     prestream_offboard: bool = False
     request_messages: bool = True
+    ais_sender: Literal["standard", "ardupilot-2025", "ardupilot-early"] = "standard"
     heartbeat_timeout_s: Positive = 3.0
     position_timeout_s: Positive = 1.0
 

@@ -45,6 +45,7 @@ from companion.planning.steering import RepulsionField, Steering
 from companion.requests import MessageRequests
 from companion.takeover import Takeover
 from companion.utc import UtcClock
+from companion.wire.ais_vessel import AisQuirk
 from companion.wire.mavlink import MavlinkDecoder
 from companion.wire.nmea2000 import Nmea2000Decoder
 
@@ -60,7 +61,11 @@ class Core:
     def __init__(self, config: Config, repulsion: RepulsionField) -> None:
         self._config = config
         self._utc = UtcClock()
-        self._mavlink = MavlinkDecoder(system_id=config.autopilot.system_id, utc=self._utc)
+        self._mavlink = MavlinkDecoder(
+            system_id=config.autopilot.system_id,
+            component_id=config.autopilot.component_id,
+            quirk=AisQuirk(config.autopilot.ais_sender),
+        )
         self._nmea2000 = Nmea2000Decoder(self._utc)
         self._own = Ownship(config.autopilot)
         self._picture = Picture(config.contacts, config.field)
