@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pymap3d.vincenty import vreckon
 
 from companion import config
-from companion.geodesy import LocalFrame
+from companion.geodesy import MAX_RANGE_M, LocalFrame
 from companion.instant import instant
 from companion.messages import Hull, Model, Source, TargetKind, Tracks
 from companion.picture import Picture
@@ -160,6 +161,24 @@ def test_a_far_ship_gets_its_row_when_it_could_have_come_near() -> None:
     assert len(tracks(heard, 3600.0)) == 0
     assert len(heard) == 1
     assert len(tracks(heard, 5 * 3600.0)) == 1
+
+
+@pytest.mark.parametrize("bearing_deg", range(0, 360, 30))
+@pytest.mark.parametrize("range_km", [101, 300, 3000])
+def test_a_far_ship_that_comes_straight_for_us_has_its_row_in_time(bearing_deg: int, range_km: int) -> None:
+    """On the ellipsoid, at top speed: it must be there when it crosses the area's edge."""
+    latitude_deg, longitude_deg = vreckon(
+        FRAME.latitude_deg, FRAME.longitude_deg, range_km * 1000.0, bearing_deg
+    )
+    heard = picture(
+        report(
+            0.0,
+            latitude_deg=float(latitude_deg),
+            longitude_deg=(float(longitude_deg) + 180.0) % 360.0 - 180.0,
+        )
+    )
+    in_s = (range_km * 1000.0 - MAX_RANGE_M) / 16.0
+    assert len(tracks(heard, in_s)) == 1
 
 
 def test_a_ship_on_the_other_side_of_the_globe_does_not_appear_at_the_origin() -> None:

@@ -62,6 +62,17 @@ def test_an_echo_of_the_bus_s_platform_is_an_echo_though_the_autopilot_is_elsewh
         assert len(tracks(heard, t)) == 0
 
 
+def test_an_echo_stays_one_while_only_the_other_platform_is_known() -> None:
+    """The bus gives no position for a while: the autopilot's, elsewhere, does not contradict."""
+    heard = picture()
+    for t in range(60):
+        heard.observe_own(own(t, 9000.0))
+        if t < 20:
+            heard.observe_own(own(t, 3.0 * t, source=Source.NMEA2000))
+        heard.observe(report(t, 3.0 * t, 5.0, sog_mps=3.0))
+        assert len(tracks(heard, t)) == 0
+
+
 def test_a_neighbour_a_tenth_of_a_mile_off_on_our_course_stays_a_contact() -> None:
     heard = picture()
     assert together(heard, 120, off_m=185.0) == [1] * 120

@@ -4,7 +4,7 @@ A Kalman covariance is not a bound, so nothing of the filter comes in here: the 
 the newest believed report itself.  What is assumed, in the order of the code:
 
 - the position is within `position_error_m` (flagged accurate) or `coarse_position_error_m` (not
-  flagged), plus AIS's quantisation, plus the way made in the time stamp's error;
+  flagged), plus AIS's quantisation, plus the way the ship can make in the time stamp's error;
 - a ship under way keeps course and speed within `course_noise_rad` and `speed_noise_mps`, free to
   vary at every instant, for `horizon_s` after the report (the paper's ship);
 - a ship slower than `slow_below_mps` keeps its speed within the same noise for the same time, but
@@ -57,21 +57,17 @@ class Assumptions:
     def of(self, report: ContactReport, hull: Hull | None, kind: TargetKind, now: Instant) -> Bounds:
         """The bounds that `report` carries at `now`."""
         ship = self.contacts
-        sog, cog = report.sog_mps, report.cog_rad
         slow = self.is_slow(report)
-        top_mps = max(ship.top_speed_mps, (sog or 0.0) + ship.speed_noise_mps)
-        if slow and now < self.expires_at(report):
-            model, disc_mps = Model.DISC, (sog or 0.0) + ship.speed_noise_mps
-        elif slow or sog is None or cog is None:
-            model, disc_mps = Model.DISC, top_mps
-        else:
-            model, disc_mps = Model.STRAIGHT, top_mps
-        fastest_mps = disc_mps if sog is None or model is Model.DISC else sog + ship.speed_noise_mps
-        any_way = report.heading_rad is None or model is Model.DISC
+        straight = not slow and report.sog_mps is not None and report.cog_rad is not None
+        keeps_speed = (slow or straight) and now < self.expires_at(report)
+        kept_mps = (report.sog_mps or 0.0) + ship.speed_noise_mps
+        top_mps = self.top_speed_mps(report)
+        fastest_mps = kept_mps if keeps_speed else top_mps
+        heading_error_rad = ship.heading_error_rad + ship.course_noise_rad
         extent = hull or self._assumed_hull(kind)
         return Bounds(
-            cog_rad=cog or 0.0,
-            sog_mps=sog or 0.0,
+            cog_rad=report.cog_rad or 0.0,
+            sog_mps=report.sog_mps or 0.0,
             heading_rad=report.heading_rad or 0.0,
             bow_m=extent.bow_m,
             stern_m=extent.stern_m,
@@ -82,12 +78,12 @@ class Assumptions:
             + fastest_mps * report.age_error_s,
             speed_noise_mps=ship.speed_noise_mps,
             course_noise_rad=ship.course_noise_rad,
-            heading_error_rad=math.pi
-            if any_way
-            else min(math.pi, ship.heading_error_rad + ship.course_noise_rad),
-            disc_speed_mps=disc_mps,
+            heading_error_rad=min(heading_error_rad, math.pi)
+            if straight and report.heading_rad is not None
+            else math.pi,
+            disc_speed_mps=kept_mps if slow and keeps_speed else top_mps,
             validity_s=self.horizon_s,
-            model=float(model),
+            model=float(Model.STRAIGHT if straight else Model.DISC),
         )
 
     def is_slow(self, report: ContactReport) -> bool:
