@@ -1,0 +1,34 @@
+"""What an obstacle model is: two small steps, so that what only a new report changes is done once.
+
+    model.shapes(tracks)                  once per report      ->  Shapes
+    shapes.between(age_s, until_s)        once per instant     ->  Sets
+    sets.distances / sets.support         once per question
+
+`docs/obstacle_models.md` shows how to add one.
+"""
+
+from typing import Protocol
+
+from companion.messages import FloatArray
+
+Distances = tuple[FloatArray, FloatArray, FloatArray]  # distance, and the unit gradient's north and east
+
+
+class Sets(Protocol):
+    """The sets of n contacts at one instant or over one interval, each around its reported position."""
+
+    def distances(self, north_m: FloatArray, east_m: FloatArray) -> Distances:
+        """Signed distance and direction (n,) to one point per contact, relative to its reported position."""
+        ...
+
+    def support(self, angle_rad: FloatArray) -> FloatArray:
+        """(n, k) support in the directions (k,), angles from north."""
+        ...
+
+
+class Shapes(Protocol):
+    """What of the sets does not change with time."""
+
+    def between(self, age_s: FloatArray, until_s: FloatArray) -> Sets:
+        """Everything reachable while the report's age is between `age_s` (n,) and `until_s` (n,)."""
+        ...

@@ -1,0 +1,65 @@
+"""Which model describes which contact, and what of its set only a new report changes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from companion.messages import BoolArray, FloatArray, IntArray, Model, Tracks
+from companion.reach.interface import Shapes
+from companion.reach.straight import hull_corners, straight_shapes
+
+# every model but DISC, which any contact may become
+MODELS: dict[Model, Callable[[Tracks], Shapes]] = {Model.STRAIGHT: straight_shapes}
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """The shapes of all contacts, model by model."""
+
+    parts: tuple[tuple[IntArray | None, Shapes], ...]  # rows (None: all) and their shapes
+    is_disc: BoolArray  # (n,) rows whose model is DISC at any age
+    disc_margin_m: FloatArray  # (n,) what hull and position error add to a disc
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Same:
+    """Tracks compared by identity: they are immutable."""
+
+    tracks: Tracks
+
+    def __hash__(self) -> int:
+        return id(self.tracks)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.tracks is other.tracks
+
+
+def prepare(tracks: Tracks) -> Prepared:
+    """The shapes of `tracks`; the latest few are remembered, which no result depends on."""
+    return _prepared(_Same(tracks))
+
+
+@lru_cache(maxsize=4)
+def _prepared(same: _Same) -> Prepared:
+    tracks = same.tracks
+    length, _ = hull_corners(tracks)
+    parts: list[tuple[IntArray | None, Shapes]] = []
+    for model, shapes in MODELS.items():
+        rows = np.flatnonzero(tracks.model == model)
+        if len(rows) == len(tracks):
+            parts = [(None, shapes(tracks))]
+            break
+        if rows.size:
+            parts.append((rows, shapes(only(tracks, rows))))
+    margin = length.max(axis=0, initial=0.0) + tracks.position_error_m
+    return Prepared(tuple(parts), tracks.model == Model.DISC, margin)
+
+
+def only(tracks: Tracks, rows: IntArray) -> Tracks:
+    """The tracks of some rows."""
+    values = {f.name: getattr(tracks, f.name) for f in fields(tracks)}
+    kept: dict[str, Any] = {k: v[rows] for k, v in values.items() if isinstance(v, np.ndarray)}
+    return replace(tracks, **kept, names=())
