@@ -67,7 +67,9 @@ def _add_demo(commands: Commands) -> None:  # type: ignore[valid-type]
     """
     p = commands.add_parser("demo", help="cross simulated or recorded traffic, and show it", description=text)
     p.add_argument("--traffic", type=Path, metavar="FILE", help="candump log (plain or .gz) to cross")
-    p.add_argument("--scenario", default="uuv_crossing", metavar="NAME|FILE", help="sea (%(default)s)")
+    p.add_argument(
+        "--scenario", metavar="NAME|FILE", help="sea (uuv_crossing; with --traffic recorded_crossing)"
+    )
     p.add_argument("--start", type=_position, metavar="LAT,LON", help="where the vehicle begins, degrees")
     p.add_argument("--goal", type=_position, metavar="LAT,LON", help="where it shall arrive, degrees")
     p.add_argument("--seed", type=int, default=1, help="of the ships' noise and phases (%(default)s)")

@@ -8,7 +8,7 @@ key, a wrong type, a value out of range, or keys that contradict each other end 
 import math
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta, Struct
@@ -197,18 +197,22 @@ def from_mapping(tables: dict[str, object], origin: str = "configuration") -> Co
         raise ConfigError(f"{origin}: {_readable(str(error))}") from None
 
 
-def load(path: Path, overrides: dict[str, dict[str, object]] | None = None) -> Config:
+def load(path: Path, overrides: dict[str, dict[str, Any]] | None = None) -> Config:
     """Read a TOML file and lay `overrides` (section -> key -> value) over it."""
+    return from_mapping(overlay(tables_of(path), overrides or {}), str(path))
+
+
+def tables_of(path: Path) -> dict[str, Any]:
+    """The tables of a TOML file, not validated yet; raises `ConfigError` if it cannot be read."""
     try:
-        tables: dict[str, object] = tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}; give --config an existing TOML file") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not TOML: {error}") from None
-    return from_mapping(overlay(tables, overrides or {}), str(path))
 
 
-def overlay(tables: dict[str, object], over: dict[str, dict[str, object]]) -> dict[str, object]:
+def overlay(tables: dict[str, Any], over: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """`tables` with the values of `over` put on top, section by section."""
     merged = dict(tables)
     for section, values in over.items():

@@ -11,7 +11,7 @@ import numpy as np
 
 from companion import reach
 from companion.config import Config
-from companion.geodesy import MAX_RANGE_M
+from companion.geodesy import MAX_RANGE_M, LocalFrame
 from companion.instant import Instant, after, elapsed_s
 from companion.loop import Tick
 from companion.messages import (
@@ -82,6 +82,11 @@ class Core:
     def system_id(self) -> int:
         """The vehicle's MAVLink system id, which is ours too; 0 until it is known."""
         return self._mavlink.system_id
+
+    @property
+    def frame(self) -> LocalFrame | None:
+        """The local frame of every decision, once the first position was heard."""
+        return self._own.frame
 
     def step(self, tick: Tick) -> Decision:
         """Take what arrived and decide."""

@@ -5,7 +5,7 @@
 Nothing here knows which of the three it serves.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -53,6 +53,33 @@ class Journal(Protocol):
     def timed(self, t: Instant, step_s: float) -> None:
         """How long the step took (kept apart: it is the one thing that differs between runs)."""
         ...
+
+
+class Journals:
+    """Several journals as one."""
+
+    def __init__(self, journals: Iterable[Journal]) -> None:
+        self._journals = tuple(journals)
+
+    def tick(self, tick: Tick) -> None:
+        """What came in."""
+        for journal in self._journals:
+            journal.tick(tick)
+
+    def decided(self, decision: Decision) -> None:
+        """What was decided."""
+        for journal in self._journals:
+            journal.decided(decision)
+
+    def sent(self, t: Instant, data: bytes) -> None:
+        """What went out."""
+        for journal in self._journals:
+            journal.sent(t, data)
+
+    def timed(self, t: Instant, step_s: float) -> None:
+        """How long the step took."""
+        for journal in self._journals:
+            journal.timed(t, step_s)
 
 
 class Stepper(Protocol):

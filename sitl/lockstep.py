@@ -38,7 +38,7 @@ class LockstepSea:
         self.counts: Counter[str] = Counter()
         self._dt_s = dt_s
         self._linger_s = linger_s
-        self._after_tick = after_tick
+        self.after_tick = after_tick
 
     def __iter__(self) -> Iterator[Tick]:
         spec = f"virtual:sitl-{os.getpid()}-{next(_serial)}"
@@ -54,8 +54,8 @@ class LockstepSea:
         while not self.sea.timed_out:
             heard = self.sea.advance(self._dt_s)
             yield Tick(self.sea.now, self._frames(heard, ship_side, companion_side))
-            if self._after_tick is not None:
-                self._after_tick(self.sea)
+            if self.after_tick is not None:
+                self.after_tick(self.sea)
             if not self.sea.arrived:
                 arrived_at = None
             elif arrived_at is None:

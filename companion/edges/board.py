@@ -18,42 +18,32 @@ from companion.edges.run_folder import new_run_folder
 from companion.edges.stopping import stop_on_signals
 from companion.errors import ConfigError
 from companion.instant import Instant
-from companion.loop import Journal, Tick
+from companion.loop import Journal, Journals, Tick
 from companion.loop import run as run_loop
 from companion.messages import Decision, Phase
 from companion.record import LOG_NAME, Recorder
 from companion.record.session import session
 
 
-class Journals:
-    """Several journals as one; ends the run on arrival if asked to."""
+class StopOnArrival:
+    """A journal that ends the run once the vehicle has surfaced at the goal."""
 
-    def __init__(self, journals: list[Journal], stop: Event, until_arrived: bool) -> None:
-        self._journals = journals
+    def __init__(self, stop: Event) -> None:
         self._stop = stop
-        self._until_arrived = until_arrived
-
-    def tick(self, tick: Tick) -> None:
-        """What came in."""
-        for journal in self._journals:
-            journal.tick(tick)
 
     def decided(self, decision: Decision) -> None:
-        """What was decided."""
-        for journal in self._journals:
-            journal.decided(decision)
-        if self._until_arrived and decision.phase is Phase.ARRIVED:
+        """Look at the phase."""
+        if decision.phase is Phase.ARRIVED:
             self._stop.set()
 
+    def tick(self, tick: Tick) -> None:
+        """Nothing to look at."""
+
     def sent(self, t: Instant, data: bytes) -> None:
-        """What went out."""
-        for journal in self._journals:
-            journal.sent(t, data)
+        """Nothing to look at."""
 
     def timed(self, t: Instant, step_s: float) -> None:
-        """How long the step took."""
-        for journal in self._journals:
-            journal.timed(t, step_s)
+        """Nothing to look at."""
 
 
 def run(options: Namespace) -> int:
@@ -75,10 +65,13 @@ def run(options: Namespace) -> int:
         recorder = _recorder(config, companion, console)
         if recorder is not None:
             journals.append(stack.enter_context(recorder))
+        if options.until_arrived:
+            journals.append(StopOnArrival(stop))
         source = LiveSource(link, buses, config.timing.rate_hz, clock=clock, stop=stop)
         sink = LinkSink(link, clock)
-        journal = Journals(journals, stop, options.until_arrived)
-        last = run_loop(source, companion.core, companion.encoder, sink, journal, time.perf_counter)
+        last = run_loop(
+            source, companion.core, companion.encoder, sink, Journals(journals), time.perf_counter
+        )
     _say_farewell(console, last, recorder)
     return 0
 
