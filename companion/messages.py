@@ -178,6 +178,11 @@ class Model(IntEnum):
 
     STRAIGHT = 0  # course and speed known within bounds (the paper's ship)
     DISC = 1  # anything up to `disc_speed_mps`
+    TURNING = 2  # as STRAIGHT, but course and hull turn at a bounded rate
+
+
+def _nothing() -> FloatArray:
+    return np.empty(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,9 +211,16 @@ class Tracks:
     course_noise_rad: FloatArray
     heading_error_rad: FloatArray
     disc_speed_mps: FloatArray  # top speed of the disc model
-    validity_s: FloatArray  # age up to which STRAIGHT holds; beyond it the contact is a DISC
+    validity_s: FloatArray  # age up to which the model holds; beyond it the contact is a DISC
     model: IntArray  # of `Model`
     names: tuple[str, ...] = ()
+    turn_rate_radps: FloatArray = field(default_factory=_nothing)  # of TURNING, clockwise; default 0
+    turn_rate_error_radps: FloatArray = field(default_factory=_nothing)
+
+    def __post_init__(self) -> None:
+        for name in ("turn_rate_radps", "turn_rate_error_radps"):
+            if len(getattr(self, name)) != len(self.mmsi):
+                object.__setattr__(self, name, np.zeros(len(self.mmsi)))
 
     @classmethod
     def empty(cls) -> "Tracks":

@@ -146,9 +146,11 @@ class TracksRecord(Record, frozen=True):
     course_noise_rad: list[float]
     heading_error_rad: list[float]
     disc_speed_mps: list[float]
-    validity_s: list[float]
+    validity_s: list[float | None]  # None: for ever
     model: list[int]
     names: tuple[str, ...] = ()
+    turn_rate_radps: list[float] = []
+    turn_rate_error_radps: list[float] = []
 
 
 class Timing(Record, frozen=True):
