@@ -85,7 +85,9 @@ def slope_bounds(
         rise_low, rise_high = interval_product(rise_low, rise_high, weight)
         # tanh' = 1 - tanh^2 falls with |z|
         least = 1 - np.tanh(np.maximum(np.abs(low), np.abs(high))) ** 2
-        greatest = 1 - np.tanh(np.where((low < 0) & (high > 0), 0.0, np.minimum(np.abs(low), np.abs(high)))) ** 2
+        greatest = (
+            1 - np.tanh(np.where((low < 0) & (high > 0), 0.0, np.minimum(np.abs(low), np.abs(high)))) ** 2
+        )
         corners = [rise_low * least, rise_low * greatest, rise_high * least, rise_high * greatest]
         rise_low, rise_high = np.minimum.reduce(corners), np.maximum.reduce(corners)
         low, high = np.tanh(low), np.tanh(high)

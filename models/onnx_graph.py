@@ -1,16 +1,15 @@
 """A few lines to write an ONNX graph by hand: constants are deduplicated, tensors name themselves."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import onnx
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 from onnx import TensorProto, helper, numpy_helper
 
 OPSET = 18
 IR_VERSION = 9  # readable by onnxruntime 1.17 and later
-
-Array = NDArray[np.generic]
 
 
 class GraphBuilder:
@@ -21,9 +20,9 @@ class GraphBuilder:
         self._constants: dict[str, onnx.TensorProto] = {}
         self._names: dict[bytes, str] = {}
 
-    def constant(self, value: Array | Sequence[float] | float, dtype: type = np.float64, name: str = "") -> str:
+    def constant(self, value: ArrayLike, dtype: DTypeLike = np.float64, name: str = "") -> str:
         """An initializer; a nameless one with the same value and type is shared."""
-        array = np.asarray(value, dtype=dtype)
+        array: NDArray[Any] = np.asarray(value, dtype=dtype)
         key = array.dtype.str.encode() + str(array.shape).encode() + array.tobytes()
         if not name and key in self._names:
             return self._names[key]
@@ -32,11 +31,11 @@ class GraphBuilder:
         self._constants[name] = numpy_helper.from_array(array, name)
         return name
 
-    def index(self, values: Sequence[int] | Array) -> str:
+    def index(self, values: ArrayLike) -> str:
         """An int64 initializer."""
         return self.constant(np.asarray(values), np.int64)
 
-    def op(self, kind: str, *inputs: str, output: str = "", **attributes: object) -> str:
+    def op(self, kind: str, *inputs: str, output: str = "", **attributes: Any) -> str:
         """Append a node with one output and return the output's name."""
         output = output or f"t{len(self._nodes)}"
         self._nodes.append(helper.make_node(kind, list(inputs), [output], **attributes))

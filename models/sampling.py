@@ -54,16 +54,18 @@ def ships(rng: np.random.Generator, n: int, domain: dict[str, tuple[float, float
     unit = rng.uniform(size=(n, len(COLUMNS)))
     at_an_end = rng.uniform(size=unit.shape) < 0.2
     unit = np.where(at_an_end, np.round(unit), unit)
-    rows = low + unit * (high - low)
+    rows: FloatArray = low + unit * (high - low)
     column = {name: i for i, name in enumerate(COLUMNS)}
     near_course = rng.uniform(size=n) < 0.7
     drift = rng.normal(scale=0.1, size=n)
     rows[:, column["heading_rad"]] = np.where(
         near_course, rows[:, column["course_rad"]] + drift, rows[:, column["heading_rad"]]
     ).clip(low[8], high[8])
-    is_known = rng.uniform(size=n) < 0.7
-    known = np.where(is_known, 0.2 * unit[:, 9], rows[:, 9])
-    rows[:, column["heading_error_rad"]] = known
+    is_known = rng.uniform(size=n) < 0.8
+    rows[:, column["heading_error_rad"]] = np.where(is_known, rows[:, column["heading_error_rad"]], np.pi)
+    rows[:, column["speed_noise_mps"]] = np.minimum(
+        rows[:, column["speed_noise_mps"]], rows[:, column["speed_mps"]]
+    )
     small = np.where(rng.uniform(size=n) < 0.7, 0.3, 1.0)
     rows[:, column["bow_m"] : column["position_error_m"] + 1] *= small[:, None]
     rows[:, column["age_s"]] = np.round(rows[:, column["age_s"]], 6)

@@ -6,6 +6,7 @@ difference N(w), one value for each grid direction in [0, pi]; the other side is
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -22,12 +23,14 @@ def true_corrections(course_noise_rad: FloatArray, grid: int) -> FloatArray:
     return np.cos(np.maximum(angles - course_noise_rad[..., None], 0.0)) - np.cos(angles)
 
 
-def train(spec: Network, course_noise_max_rad: float, seed: int, progress: Callable[[int, float], None]) -> Layers:
+def train(
+    spec: Network, course_noise_max_rad: float, seed: int, progress: Callable[[int, float], None]
+) -> Layers:
     """Adam on all layers, then the last one by least squares; the same seed gives the same layers."""
     rng = np.random.default_rng(seed)
     torch.manual_seed(seed)
     sizes = (1, *spec.hidden, spec.grid // 2 + 1)
-    linear = [nn.Linear(a, b, dtype=torch.float64) for a, b in zip(sizes[:-1], sizes[1:], strict=True)]
+    linear = [nn.Linear(a, b, dtype=torch.float64) for a, b in pairwise(sizes)]
     body = nn.Sequential(*(part for layer in linear[:-1] for part in (layer, nn.Tanh())))
 
     def batch(noise: FloatArray) -> tuple[torch.Tensor, torch.Tensor]:
@@ -60,10 +63,10 @@ def train(spec: Network, course_noise_max_rad: float, seed: int, progress: Calla
 
 def raised(layers: Layers, shift: FloatArray) -> Layers:
     """The same network with its outputs moved up by `shift` (K/2 + 1,), rounded up to float32."""
-    last = layers.biases[-1] + shift
-    up = last.astype(np.float32)
-    up = np.where(up < last, np.nextafter(up, np.float32(np.inf)), up).astype(np.float64)
-    return Layers(layers.weights, (*layers.biases[:-1], up))
+    wanted = layers.biases[-1] + shift
+    nearest = wanted.astype(np.float32)
+    up = np.where(nearest < wanted, np.nextafter(nearest, np.float32(np.inf)), nearest)
+    return Layers(layers.weights, (*layers.biases[:-1], up.astype(np.float64)))
 
 
 def _round32(values: FloatArray) -> FloatArray:

@@ -39,6 +39,7 @@ class Rounding(Struct, frozen=True, forbid_unknown_fields=True):
 
     shape: Positive
     margin_m: Positive
+    margin_relative: Positive
 
 
 class Spec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -13,8 +13,8 @@ Each direction alone bounds the distance from below, so nothing but N >= truth i
 claims more distance than there is".  Between two grid directions the bound is sharpened by
 h(a n1 + b n2) <= a h(n1) + b h(n2), a, b >= 0: the corner where two half planes meet.
 
-Course frame: x along the course, y to starboard, origin at the reported antenna position.  What
-may be kilometres long is computed in float64, the wide part (n, K) in float32.
+Course frame: x along the course, y to starboard, origin at the reported antenna position.  What is
+measured from far away is computed in float64, the rest in float32.
 """
 
 from dataclasses import dataclass
@@ -27,8 +27,30 @@ from companion.messages import FloatArray
 from companion.planning.rows import COLUMNS
 from models.onnx_graph import GraphBuilder
 
-TINY = 1e-9
+TINY = 1e-6
 DYNAMIC = 7  # directions that follow the contact
+CORNERS = (("bow_m", "starboard_m"), ("stern_m", "starboard_m"), ("stern_m", "port_m"), ("bow_m", "port_m"))
+
+# Everything linear in a row is one product: angles first, then lengths, speeds and times.
+LINEAR: tuple[tuple[str, dict[str, float]], ...] = (
+    ("course", {"course_rad": 1}),
+    ("noise", {"course_noise_rad": 1}),
+    ("hull-", {"heading_rad": 1, "course_rad": -1, "heading_error_rad": -1}),
+    ("hull0", {"heading_rad": 1, "course_rad": -1}),
+    ("hull+", {"heading_rad": 1, "course_rad": -1, "heading_error_rad": 1}),
+    ("bend", {"heading_error_rad": 1}),
+    ("north", {"north_m": 1}),
+    ("east", {"east_m": 1}),
+    ("slow", {"speed_mps": 1, "speed_noise_mps": -1}),
+    ("fast", {"speed_mps": 1, "speed_noise_mps": 1}),
+    ("age", {"age_s": 1}),
+    ("until", {"until_age_s": 1}),
+    ("scaled", {"course_noise_rad": 1}),  # to [-1, 1]
+    ("disc", {"position_error_m": 1}),  # plus the margin for rounding
+    ("one", {}),
+    ("error", {"heading_error_rad": 1}),
+)
+ANGLES = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,13 +70,15 @@ class Constants:
     singular_gap_m: float  # the force stays what it is at delta + this much when nearer
     grid: int  # K, a multiple of 4
     course_noise_max_rad: float
-    heading_error_limit_rad: float  # above it the hull counts as its circumscribed circle
-    margin_m: float  # outward, for float32
+    unknown_heading_rad: float  # above it the hull counts as its circumscribed circle
+    margin_m: float  # outward, for float32: a length, and a share of reach and distance
+    margin_relative: float
 
 
 def grid_angles(grid: int) -> FloatArray:
     """(K,) the grid directions, radians from the course, clockwise."""
-    return np.arange(grid) * (2 * np.pi / grid)
+    angles: FloatArray = np.arange(grid, dtype=np.float64) * (2 * np.pi / grid)
+    return angles
 
 
 def mirrored(grid: int) -> NDArray[np.int64]:
@@ -66,9 +90,9 @@ def mirrored(grid: int) -> NDArray[np.int64]:
 def build(layers: Layers, constants: Constants, metadata: dict[str, str]) -> onnx.ModelProto:
     """`contacts` (n, 15) -> `distance_m` (n,), `away` (n, 2), `repulsion` (n, 2); all float64."""
     graph = _SupportGraph(constants)
-    graph.grid_direction(layers)
-    graph.dynamic_direction()
-    graph.outputs()
+    grid = graph.grid_direction(layers)
+    dynamic = graph.dynamic_direction()
+    graph.outputs(grid, dynamic)
     return graph.g.model(
         {"contacts": ("n", len(COLUMNS))},
         {"distance_m": ("n",), "away": ("n", 2), "repulsion": ("n", 2)},
@@ -81,201 +105,194 @@ class _SupportGraph:
 
     def __init__(self, constants: Constants) -> None:
         self.constants = constants
-        self.g = g = GraphBuilder()
-        self.column = dict(zip(COLUMNS, g.split("contacts", [1] * len(COLUMNS)), strict=True))
-        self.zero, self.one = g.constant([[0.0]]), g.constant([[1.0]])
+        self.g = GraphBuilder()
+        self.zero, self.one = (self.g.constant([[v]], np.float32) for v in (0.0, 1.0))
+        self._linear()
         self._frame()
-        self._reach()
         self._hull()
 
-    def _frame(self) -> None:
-        """x, y: the vehicle in the course frame."""
-        g, north, east = self.g, self.column["north_m"], self.column["east_m"]
-        self.cos, self.sin = g.op("Cos", self.column["course_rad"]), g.op("Sin", self.column["course_rad"])
-        self.x = g.op("Add", g.op("Mul", north, self.cos), g.op("Mul", east, self.sin))
-        self.y = g.op("Sub", g.op("Mul", east, self.cos), g.op("Mul", north, self.sin))
+    def _linear(self) -> None:
+        """`linear[name]` for each of `LINEAR`, sines and cosines of the angles, `corners` (n, 4, 2)."""
+        g, c = self.g, self.constants
+        names = [name for name, _ in LINEAR]
+        matrix = np.zeros((len(COLUMNS), len(LINEAR) + 8))
+        offset = np.zeros((1, len(LINEAR) + 8))
+        for i, (_, terms) in enumerate(LINEAR):
+            for column, factor in terms.items():
+                matrix[COLUMNS.index(column), i] = factor
+        for i, (along, across) in enumerate(CORNERS):
+            matrix[COLUMNS.index(along), len(LINEAR) + 2 * i] = 1 if along == "bow_m" else -1
+            matrix[COLUMNS.index(across), len(LINEAR) + 2 * i + 1] = 1 if across == "starboard_m" else -1
+        matrix[:, names.index("scaled")] *= 2 / c.course_noise_max_rad
+        offset[0, names.index("scaled")] = -1.0
+        offset[0, names.index("disc")] = c.margin_m
+        offset[0, names.index("one")] = 1.0
+        linear = g.op("Add", g.op("MatMul", "contacts", g.constant(matrix)), g.constant(offset))
+        angles, *rest = g.split(linear, [ANGLES] + [1] * (len(LINEAR) - ANGLES) + [8])
+        self.linear = dict(zip(names[ANGLES:], rest, strict=False))
+        self.corners = g.op("Reshape", g.cast32(rest[-1]), g.index([-1, 4, 2]))
+        cos, sin = g.op("Cos", angles), g.op("Sin", angles)
+        self.cos, cos32 = g.split(cos, [1, ANGLES - 1])
+        self.sin, sin32 = g.split(sin, [1, ANGLES - 1])
+        self.cos_noise, self.cos_hull, self.cos_bend = g.split(g.cast32(cos32), [1, 3, 1])
+        self.sin_noise, self.sin_hull, _ = g.split(g.cast32(sin32), [1, 3, 1])
 
-    def _reach(self) -> None:
-        """far, near: greatest and least signed distance run; near < 0 where a ship may drift astern."""
-        g, speed, noise = self.g, self.column["speed_mps"], self.column["speed_noise_mps"]
-        age = self.column["age_s"]
-        until = g.op("Max", age, self.column["until_age_s"])
-        slow = g.op("Sub", speed, noise)
-        self.far = g.op("Mul", until, g.op("Add", speed, noise))
-        self.near = g.op("Min", g.op("Mul", age, slow), g.op("Mul", until, slow))
+    def _frame(self) -> None:
+        """The vehicle in the course frame and the reach along a ray, float32.
+
+        `points` (n, 2, 2): the vehicle seen from the far and the near end; `reach` (n, 2, 1).
+        """
+        g, v = self.g, self.linear
+        x = g.op("Add", g.op("Mul", v["north"], self.cos), g.op("Mul", v["east"], self.sin))
+        y = g.op("Sub", g.op("Mul", v["east"], self.cos), g.op("Mul", v["north"], self.sin))
+        far = g.op("Mul", g.op("Max", v["age"], v["until"]), v["fast"])
+        near = g.op("Mul", v["age"], v["slow"])
+        mixed = g.op("MatMul", g.op("Concat", x, y, far, near, axis=1), g.constant(np.array([
+            [1, 0, 1, 0, 0, 0, 1, 0],
+            [0, 1, 0, 1, 0, 0, 0, 1],
+            [-1, 0, 0, 0, 1, 0, 0, 0],
+            [0, 0, -1, 0, 0, 1, 0, 0],
+        ])))  # fmt: skip
+        points, self.far, self.near, self.vehicle = g.split(g.cast32(mixed), [4, 1, 1, 2])
+        self.points = g.op("Reshape", points, g.index([-1, 2, 2]))
+        self.reach = g.op("Reshape", g.op("Concat", self.far, self.near, axis=1), g.index([-1, 2, 1]))
 
     def _hull(self) -> None:
-        """Corners turned by heading - course, and by the heading error either way.
+        """`hull` (n, 12, 2): each corner turned by heading - course and by -error, 0, +error.
 
-        `hull_x`, `hull_y` (n, 12): turned by -error, by 0 (and moved out to where the tangents at
-        the ends of the corner's arc meet), by +error; capped by `radius` (n, 4, 1) a corner's three
-        points have exactly the support of its arc.
+        The middle one is moved out to where the tangents at the ends of the corner's arc meet;
+        capped by `radius` (n, 4, 1) the three points have exactly the support of the arc.
         """
-        g, error = self.g, self.column["heading_error_rad"]
-        corners = np.zeros((len(COLUMNS), 8))
-        order = (("bow_m", "starboard_m"), ("stern_m", "starboard_m"), ("stern_m", "port_m"), ("bow_m", "port_m"))
-        for i, (along, across) in enumerate(order):
-            corners[COLUMNS.index(along), i] = 1.0 if along == "bow_m" else -1.0
-            corners[COLUMNS.index(across), 4 + i] = 1.0 if across == "starboard_m" else -1.0
-        corner = g.op("MatMul", "contacts", g.constant(corners))
-        corner_x, corner_y = g.split(corner, [4, 4])
-        radius = g.op("Sqrt", g.op("Add", g.op("Mul", corner_x, corner_x), g.op("Mul", corner_y, corner_y)))
-        is_circle = g.op("Greater", error, g.constant([[self.constants.heading_error_limit_rad]]))
-        greatest = g.op("ReduceMax", radius, g.index([1]), keepdims=1)
-        self.circle = g.op("Where", is_circle, greatest, self.zero)
-        shown = g.op("Where", is_circle, self.zero, self.one)
-        self.radius = g.op("Unsqueeze", g.op("Mul", radius, shown), g.index([2]))
-
-        error = g.op("Mul", error, shown)
-        offset = g.op("Sub", self.column["heading_rad"], self.column["course_rad"])
-        angles = g.op("Concat", g.op("Sub", offset, error), offset, g.op("Add", offset, error), axis=1)
-        outward = g.op("Div", shown, g.op("Cos", error))
-        scale = g.op("Unsqueeze", g.op("Concat", shown, outward, shown, axis=1), g.index([2]))
-        cos = g.op("Mul", g.op("Unsqueeze", g.op("Cos", angles), g.index([2])), scale)
-        sin = g.op("Mul", g.op("Unsqueeze", g.op("Sin", angles), g.index([2])), scale)
-        cx, cy = g.op("Unsqueeze", corner_x, g.index([1])), g.op("Unsqueeze", corner_y, g.index([1]))
-        flat = g.index([-1, 12])
-        self.hull_x = g.op("Reshape", g.op("Sub", g.op("Mul", cos, cx), g.op("Mul", sin, cy)), flat)
-        self.hull_y = g.op("Reshape", g.op("Add", g.op("Mul", sin, cx), g.op("Mul", cos, cy)), flat)
-
-    def _hull_support(self, products: str, directions: int, radius: str) -> str:
-        """(n, directions) from the products (n, 12, directions) of hull points and directions."""
         g = self.g
-        arcs = g.op("Reshape", products, g.index([-1, 3, 4, directions]))
-        corner = g.op("Min", g.op("ReduceMax", arcs, g.index([1]), keepdims=0), radius)
+        limit = g.constant([[self.constants.unknown_heading_rad]])
+        is_circle = g.op("Greater", self.linear["error"], limit)
+        shown = g.op("Where", is_circle, self.zero, self.one)
+        radius = g.op("ReduceL2", self.corners, g.index([2]), keepdims=1)
+        greatest = g.op("ReduceMax", radius, g.index([1, 2]), keepdims=0)
+        self.circle = g.op("Where", is_circle, g.op("Unsqueeze", greatest, g.index([1])), self.zero)
+        self.radius = g.op("Mul", radius, g.op("Unsqueeze", shown, g.index([2])))
+        scale = g.op("Concat", shown, g.op("Div", shown, self.cos_bend), shown, axis=1)
+        scaled = g.op("Concat", g.op("Mul", self.cos_hull, scale), g.op("Mul", self.sin_hull, scale), axis=1)
+        turn = np.zeros((6, 2, 3, 2))
+        for i in range(3):
+            turn[i, 0, i, 0] = turn[i, 1, i, 1] = turn[3 + i, 0, i, 1] = 1.0
+            turn[3 + i, 1, i, 0] = -1.0
+        turned = g.op("MatMul", scaled, g.constant(turn.reshape(6, 12), np.float32))
+        turned = g.op("Reshape", turned, g.index([-1, 2, 6]))
+        self.hull = g.op("Reshape", g.op("MatMul", self.corners, turned), g.index([-1, 12, 2]))
+
+    def _hull_support(self, rays: str, directions: int) -> str:
+        """(n, directions) for rays (2, directions) or (n, 2, directions)."""
+        g = self.g
+        arcs = g.op("Reshape", g.op("MatMul", self.hull, rays), g.index([-1, 4, 3, directions]))
+        corner = g.op("Min", g.op("ReduceMax", arcs, g.index([2]), keepdims=0), self.radius)
         return g.op("ReduceMax", corner, g.index([1]), keepdims=0)
 
-    def grid_direction(self, layers: Layers) -> None:
-        """The best of the K fixed directions, sharpened by its better neighbour."""
+    def grid_direction(self, layers: Layers) -> tuple[str, str]:
+        """Slack and direction (n, 2) of the best of the K fixed ones, sharpened by its neighbour."""
         g, k = self.g, self.constants.grid
         angles = grid_angles(k)
         rays = g.constant(np.stack([np.cos(angles), np.sin(angles)]), np.float32)
-        learned = g.op("Reshape", self._corrections(layers), g.index([-1, 3, k]))
-        back = g.op("Sub", self.x, self.near)
-        ahead = g.op("Sub", self.x, self.far)
-        points = g.op("Concat", ahead, self.y, back, self.y, back, self.y, axis=1)
-        points = g.op("Reshape", g.cast32(points), g.index([-1, 3, 2]))
-        reach = g.cast32(g.op("Concat", self.far, self.near, g.op("Neg", self.near), axis=1))
-        reach = g.op("Unsqueeze", reach, g.index([2]))
-        slacks = g.op("Sub", g.op("MatMul", points, rays), g.op("Mul", reach, learned))
-        hull = g.op("Concat", *(g.op("Unsqueeze", v, g.index([2])) for v in (self.hull_x, self.hull_y)), axis=2)
-        products = g.op("MatMul", g.cast32(hull), rays)
-        support = self._hull_support(products, k, g.cast32(self.radius))
-        slack = g.op("Sub", g.op("ReduceMin", slacks, g.index([1]), keepdims=0), support)  # (n, K)
+        learned = g.op("Unsqueeze", self._corrections(layers), g.index([1]))
+        slacks = g.op("Sub", g.op("MatMul", self.points, rays), g.op("Mul", self.reach, learned))
+        motion = g.op("ReduceMin", slacks, g.index([1]), keepdims=0)
+        slack = g.op("Sub", motion, self._hull_support(rays, k))  # (n, K)
 
         best = g.op("ArgMax", slack, axis=1, keepdims=0)
         ring = np.arange(k)
         three = g.op("Gather", g.index(np.stack([(ring - 1) % k, ring, (ring + 1) % k], axis=1)), best)
-        before, here, after = g.split(g.cast64(g.op("GatherElements", slack, three, axis=1)), [1, 1, 1])
-        ray = g.op("Gather", g.constant(np.stack([np.cos(angles), np.sin(angles)], axis=1)), best)
-        ray_x, ray_y = g.split(ray, [1, 1])
+        before, here, after = g.split(g.op("GatherElements", slack, three, axis=1), [1, 1, 1])
+        frame = np.stack([np.cos(angles), np.sin(angles), -np.sin(angles), np.cos(angles)], axis=1)
+        ray, tangent = g.split(g.op("Gather", g.constant(frame, np.float32), best), [2, 2])
         step = 2 * np.pi / k
-        side = g.op("Where", g.op("Greater", after, before), self.one, g.constant([[-1.0]]))
-        rise = g.op("Sub", g.op("Max", before, after), g.op("Mul", here, g.constant(np.cos(step))))
-        is_outside = g.op("Greater", here, g.constant([[TINY]]))
-        lean = g.op("Max", self.zero, g.op("Mul", rise, g.constant(1 / np.sin(step))))
-        lean = g.op("Where", is_outside, g.op("Mul", lean, side), self.zero)
+        # where two half planes meet: `lean` beside the better one, toward the other
+        rise = g.op("Sub", g.op("Max", before, after), g.op("Mul", here, _f32(g, np.cos(step))))
+        lean = g.op("Max", self.zero, g.op("Mul", rise, _f32(g, 1 / np.sin(step))))
+        is_outside = g.op("Greater", here, _f32(g, TINY))
+        lean = g.op("Where", is_outside, lean, self.zero)
         upright = g.op("Where", is_outside, here, self.one)
         length = g.op("Sqrt", g.op("Add", g.op("Mul", upright, upright), g.op("Mul", lean, lean)))
-        self.grid_slack = g.op("Where", is_outside, length, here)
-        self.grid_x = g.op("Div", g.op("Sub", g.op("Mul", upright, ray_x), g.op("Mul", lean, ray_y)), length)
-        self.grid_y = g.op("Div", g.op("Add", g.op("Mul", upright, ray_y), g.op("Mul", lean, ray_x)), length)
+        side = g.op("Where", g.op("Greater", after, before), lean, g.op("Neg", lean))
+        vector = g.op("Add", g.op("Mul", upright, ray), g.op("Mul", side, tangent))
+        return g.op("Where", is_outside, length, here), g.op("Div", vector, length)
 
     def _corrections(self, layers: Layers) -> str:
-        """(n, 3 K) N toward each direction twice, for far and near reach, and N toward its opposite."""
-        g, k = self.g, self.constants.grid
-        once = mirrored(k)
-        columns = np.concatenate([once, once, np.roll(once, k // 2)])
-        scaled = g.op("Mul", self.column["course_noise_rad"], g.constant(2 / self.constants.course_noise_max_rad))
-        tensor = g.cast32(g.op("Sub", scaled, self.one))
+        """(n, K) the learned N toward each grid direction; a column serves both sides of the course."""
+        g = self.g
+        tensor = g.cast32(self.linear["scaled"])
         last = len(layers.weights) - 1
+        columns = mirrored(self.constants.grid)
         for i, (weight, bias) in enumerate(zip(layers.weights, layers.biases, strict=True)):
-            w = g.constant(weight, np.float32, name=f"weight{i}")
-            b = g.constant(bias, np.float32, name=f"bias{i}")
-            if i == last:
-                w = g.op("Gather", w, g.index(columns), axis=1)
-                b = g.op("Gather", b, g.index(columns), axis=0)
-            tensor = g.op("Add", g.op("MatMul", tensor, w), b)
+            served = columns if i == last else np.arange(len(bias))
+            w = g.constant(weight[:, served], np.float32, name=f"weight{i}")
+            b = g.constant(bias[served], np.float32, name=f"bias{i}")
+            tensor = g.op("Gemm", tensor, w, b)
             tensor = tensor if i == last else g.op("Tanh", tensor)
         return tensor
 
-    def dynamic_direction(self) -> None:
-        """The best of the seven directions that follow the contact, in float64 throughout."""
+    def dynamic_direction(self) -> tuple[str, str]:
+        """Slack and direction (n, 2) of the best of the seven that follow the contact."""
         g, n = self.g, DYNAMIC
-        cos_w = g.op("Cos", self.column["course_noise_rad"])
-        sin_w = g.op("Sin", self.column["course_noise_rad"])
-        flank_x, flank_y = self._flank(cos_w, sin_w)
-        radial_x, radial_y = self._radial(g.op("Div", sin_w, cos_w))
+        cos, sin = self.cos_noise, self.sin_noise
         edge_x, edge_y = self._edges()
-        nx = g.op("Concat", flank_x, flank_x, radial_x, edge_x, axis=1)
-        ny = g.op("Concat", flank_y, g.op("Neg", flank_y), radial_y, edge_y, axis=1)
+        backward = g.op("Neg", sin)
+        x = g.op("Concat", backward, backward, g.cast32(self.linear["one"]), edge_x, axis=1)
+        y = g.op("Concat", cos, g.op("Neg", cos), self._front_slope(), edge_y, axis=1)
+        rays = g.op("Reshape", g.op("Concat", x, y, axis=1), g.index([-1, 2, n]))
+        rays = g.op("Div", rays, g.op("ReduceL2", rays, g.index([1]), keepdims=1))
 
-        along, across = g.op("Mul", nx, cos_w), g.op("Mul", g.op("Abs", ny), sin_w)
-        ahead = g.op("Where", g.op("GreaterOrEqual", nx, cos_w), self.one, g.op("Add", along, across))
-        behind = g.op("LessOrEqual", nx, g.op("Neg", cos_w))
-        behind = g.op("Where", behind, self.one, g.op("Sub", across, along))
-        motion = g.op(
-            "Max",
-            g.op("Mul", self.far, ahead),
-            g.op("Mul", self.near, ahead),
-            g.op("Neg", g.op("Mul", self.near, behind)),
-        )
-        hull = [g.op("Unsqueeze", v, g.index([2])) for v in (self.hull_x, self.hull_y)]
-        rays = [g.op("Unsqueeze", v, g.index([1])) for v in (nx, ny)]
-        products = g.op("Add", g.op("Mul", hull[0], rays[0]), g.op("Mul", hull[1], rays[1]))
-        support = g.op("Add", motion, self._hull_support(products, n, self.radius))
-        toward = g.op("Add", g.op("Mul", self.x, nx), g.op("Mul", self.y, ny))
+        x, y = (g.op("Squeeze", part, g.index([1])) for part in g.split(rays, [1, 1]))
+        within = g.op("Add", g.op("Mul", x, cos), g.op("Mul", g.op("Abs", y), sin))
+        arc = g.op("Where", g.op("GreaterOrEqual", x, cos), self.one, within)
+        motion = g.op("Max", g.op("Mul", self.far, arc), g.op("Mul", self.near, arc))
+        support = g.op("Add", motion, self._hull_support(rays, n))
+        vehicle_x, vehicle_y = g.split(self.vehicle, [1, 1])
+        toward = g.op("Add", g.op("Mul", vehicle_x, x), g.op("Mul", vehicle_y, y))
         slack = g.op("Sub", toward, support)
-        self.dynamic_slack = g.op("ReduceMax", slack, g.index([1]), keepdims=1)
         best = g.op("ArgMax", slack, axis=1, keepdims=1)
-        self.dynamic_x = g.op("GatherElements", nx, best, axis=1)
-        self.dynamic_y = g.op("GatherElements", ny, best, axis=1)
+        chosen = (g.op("GatherElements", v, best, axis=1) for v in (slack, x, y))
+        best_slack, best_x, best_y = chosen
+        return best_slack, g.op("Concat", best_x, best_y, axis=1)
 
-    def _flank(self, cos_w: str, sin_w: str) -> tuple[str, str]:
-        """The starboard flank's normal: 90 degrees + w, less where the ship may drift astern."""
-        g, tiny = self.g, self.g.constant(TINY)
-        across = g.op("Add", g.op("Sub", self.far, g.op("Abs", self.near)), tiny)
-        along = g.op("Add", g.op("Sub", self.far, self.near), tiny)
-        x, y = g.op("Neg", g.op("Mul", across, sin_w)), g.op("Mul", along, cos_w)
-        length = g.op("Sqrt", g.op("Add", g.op("Mul", x, x), g.op("Mul", y, y)))
-        return g.op("Div", x, length), g.op("Div", y, length)
-
-    def _radial(self, tan_w: str) -> tuple[str, str]:
-        """The direction from the front arc's centre, carried to the hull's foremost corner, to p."""
+    def _front_slope(self) -> str:
+        """y/x of the direction to p from the front arc's centre, carried to the hull's foremost corner."""
         g = self.g
+        steepest = g.op("Div", self.sin_noise, self.cos_noise)
+        other = g.op("Neg", steepest)
 
-        def slope(x: str, y: str) -> str:
+        def slope(point: str) -> str:
+            x, y = g.split(point, [1, 1])
             ratio = g.op("Div", y, g.op("Max", x, self.one))
-            return g.op("Min", g.op("Max", ratio, g.op("Neg", tan_w)), tan_w)
+            return g.op("Min", g.op("Max", ratio, other), steepest)
 
-        leaning = g.op("Mul", self.hull_y, slope(self.x, self.y))
-        best = g.op("ArgMax", g.op("Add", self.hull_x, leaning), axis=1, keepdims=1)
-        corner_x, corner_y = (g.op("GatherElements", v, best, axis=1) for v in (self.hull_x, self.hull_y))
-        lean = slope(g.op("Sub", self.x, corner_x), g.op("Sub", self.y, corner_y))
-        length = g.op("Sqrt", g.op("Add", g.op("Mul", lean, lean), self.one))
-        return g.op("Div", self.one, length), g.op("Div", lean, length)
+        ray = g.op("Concat", g.cast32(self.linear["one"]), slope(self.vehicle), axis=1)
+        forward = g.op("MatMul", self.hull, g.op("Unsqueeze", ray, g.index([2])))
+        foremost = g.op("GatherND", self.hull, g.op("ArgMax", forward, axis=1, keepdims=0), batch_dims=1)
+        return slope(g.op("Sub", self.vehicle, foremost))
 
     def _edges(self) -> tuple[str, str]:
-        """(n, 4) the outward normals of the hull between one corner's arc and the next."""
+        """(n, 4) x and y of the outward normals of the hull between one corner's arc and the next."""
         g = self.g
-        difference = np.zeros((12, 4))
+        normal = np.zeros((4, 3, 2, 8))
         for i in range(4):
-            difference[(i + 1) % 4, i] = 1.0  # the next corner, turned by -error
-            difference[8 + i, i] = -1.0  # this corner, turned by +error
-        dx = g.op("MatMul", self.hull_x, g.constant(difference))
-        dy = g.op("Add", g.op("MatMul", self.hull_y, g.constant(difference)), g.constant(TINY))
-        length = g.op("Sqrt", g.op("Add", g.op("Mul", dx, dx), g.op("Mul", dy, dy)))
-        return g.op("Div", dy, length), g.op("Neg", g.op("Div", dx, length))
+            following = (i + 1) % 4
+            normal[following, 0, 1, i], normal[i, 2, 1, i] = 1.0, -1.0  # x = dy
+            normal[following, 0, 0, 4 + i], normal[i, 2, 0, 4 + i] = -1.0, 1.0  # y = -dx
+        flat = g.op("Reshape", self.hull, g.index([-1, 24]))
+        both = g.op("MatMul", flat, g.constant(normal.reshape(24, 8), np.float32))
+        away_from_zero = np.array([[TINY] * 4 + [0.0] * 4])
+        x, y = g.split(g.op("Add", both, g.constant(away_from_zero, np.float32)), [4, 4])
+        return x, y
 
-    def outputs(self) -> None:
+    def outputs(self, grid: tuple[str, str], dynamic: tuple[str, str]) -> None:
         """Distance, direction and eq. (8)'s force, back in the north-east frame."""
         g, c = self.g, self.constants
-        is_dynamic = g.op("GreaterOrEqual", self.dynamic_slack, self.grid_slack)
-        slack = g.op("Max", self.dynamic_slack, self.grid_slack)
-        x = g.op("Where", is_dynamic, self.dynamic_x, self.grid_x)
-        y = g.op("Where", is_dynamic, self.dynamic_y, self.grid_y)
-        disc = g.op("Add", g.op("Add", self.column["position_error_m"], self.circle), g.constant(c.margin_m))
-        distance = g.op("Sub", slack, disc)
+        is_dynamic = g.op("GreaterOrEqual", dynamic[0], grid[0])
+        slack = g.op("Max", dynamic[0], grid[0])
+        rounding = g.op("Mul", g.op("Add", self.far, g.op("Abs", slack)), _f32(g, c.margin_relative))
+        slack = g.cast64(g.op("Sub", g.op("Sub", slack, self.circle), rounding))
+        x, y = g.split(g.cast64(g.op("Where", is_dynamic, dynamic[1], grid[1])), [1, 1])
+        distance = g.op("Sub", slack, self.linear["disc"])
         north = g.op("Sub", g.op("Mul", x, self.cos), g.op("Mul", y, self.sin))
         east = g.op("Add", g.op("Mul", x, self.sin), g.op("Mul", y, self.cos))
         away = g.op("Concat", north, east, axis=1, output="away")
@@ -283,3 +300,7 @@ class _SupportGraph:
         force = g.op("Div", g.constant(c.k_r), g.op("Mul", gap, g.op("Mul", gap, gap)))
         g.op("Mul", away, force, output="repulsion")
         g.op("Squeeze", distance, g.index([1]), output="distance_m")
+
+
+def _f32(g: GraphBuilder, value: float) -> str:
+    return g.constant(value, np.float32)

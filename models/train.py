@@ -9,19 +9,22 @@ import onnx
 import torch
 
 from companion.planning.field import SINGULAR_GAP_M
-from companion.planning.model_file import METADATA_KEY, SCHEMA, Metadata
+from companion.planning.model_file import METADATA_KEY, SCHEMA, UNKNOWN_HEADING_RAD, Metadata
 from models import evaluate, shape
 from models.bounds import Enclosure, enclose
 from models.spec import Spec, load
 from models.support_graph import Constants, Layers, build
 
-HEADING_ERROR_LIMIT_RAD = 1.2  # beyond it a corner's arc is drawn as the whole circle
 CELL_WIDTH = 1e-7  # how tightly the learned support is enclosed, per metre of reach
 
 Progress = Callable[[str, float], None]
 
 
-def run(path: Path, progress: Progress = lambda stage, done: None) -> Path:
+def _silent(stage: str, done: float) -> None:
+    del stage, done
+
+
+def run(path: Path, progress: Progress = _silent) -> Path:
     """Train, prove, export and measure the model of one TOML file; returns the ONNX file's path."""
     spec = load(path)
     torch.set_num_threads(1)
@@ -50,8 +53,9 @@ def export(spec: Spec, layers: Layers, proven: Enclosure, error: dict[str, float
         singular_gap_m=SINGULAR_GAP_M,
         grid=spec.network.grid,
         course_noise_max_rad=spec.course_noise_max_rad,
-        heading_error_limit_rad=HEADING_ERROR_LIMIT_RAD,
+        unknown_heading_rad=UNKNOWN_HEADING_RAD,
         margin_m=spec.rounding.margin_m,
+        margin_relative=spec.rounding.margin_relative,
     )
     metadata = Metadata(
         schema=SCHEMA,

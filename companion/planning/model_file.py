@@ -16,6 +16,7 @@ from companion.planning.rows import COLUMNS
 
 METADATA_KEY = "companion"
 SCHEMA = 1
+UNKNOWN_HEADING_RAD = math.pi / 2  # a heading error above it counts as unknown, inside every range
 REMEDY = "train one with `companion train models/NAME.toml`, or set repulsion.kind = 'exact'"
 
 
@@ -82,7 +83,8 @@ def decode_metadata(text: str | None, origin: str) -> Metadata:
         raise ModelError(f"repulsion.model = '{origin}': unreadable metadata: {error}; {REMEDY}") from None
     if metadata.schema != SCHEMA:
         raise ModelError(
-            f"repulsion.model = '{origin}': metadata schema {metadata.schema}, this release reads {SCHEMA}; {REMEDY}"
+            f"repulsion.model = '{origin}': metadata schema {metadata.schema}, "
+            f"this release reads {SCHEMA}; {REMEDY}"
         )
     if tuple(i.name for i in metadata.inputs) != COLUMNS:
         raise ModelError(f"repulsion.model = '{origin}': its input columns are not this release's; {REMEDY}")

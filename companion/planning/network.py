@@ -21,6 +21,7 @@ from companion.planning.field import ExactRepulsion
 from companion.planning.model_file import (
     METADATA_KEY,
     REMEDY,
+    UNKNOWN_HEADING_RAD,
     Metadata,
     check_agreement,
     decode_metadata,
@@ -28,6 +29,7 @@ from companion.planning.model_file import (
 )
 from companion.planning.rows import COLUMNS, ContactRows
 
+SPEED, SPEED_NOISE, HEADING_ERROR = map(COLUMNS.index, ("speed_mps", "speed_noise_mps", "heading_error_rad"))
 INPUT = "contacts"
 OUTPUTS = ["distance_m", "away", "repulsion"]
 
@@ -77,13 +79,13 @@ class NetworkRepulsion:
     ) -> Repulsion:
         """Repulsion of every contact's tube [age, `until_age_s`] on the position (2,)."""
         rows = self._rows.fill(tracks, now, until_age_s, position_m)
-        learned = self.in_range(rows)
-        learned &= tracks.model == Model.STRAIGHT
-        learned &= tracks.age_s(now) <= tracks.validity_s
+        learned = self.in_range(rows) & (tracks.model == Model.STRAIGHT)
+        learned = learned & (tracks.age_s(now) <= tracks.validity_s)
         if not learned.any():
             return self._exact(tracks, now, until_age_s, position_m)
         distance, away, velocity = self.run(rows)
-        learned &= np.isfinite(distance) & np.isfinite(away).all(axis=1) & np.isfinite(velocity).all(axis=1)
+        numbers = np.column_stack((distance, away, velocity))
+        learned = learned & np.isfinite(numbers).all(axis=1)
         if not learned.all():
             exact = self._exact(tracks, now, until_age_s, position_m)
             distance = np.where(learned, distance, exact.nearest.distance_m)
@@ -92,9 +94,16 @@ class NetworkRepulsion:
         return Repulsion(Nearest(distance, away), velocity, learned)
 
     def in_range(self, rows: FloatArray) -> BoolArray:
-        """(n,) whether every column of a row lies in the range the network was made for."""
-        inside: BoolArray = ((rows >= self._low) & (rows <= self._high)).all(axis=1)
-        return inside
+        """(n,) whether a row lies in the ranges the network was made for.
+
+        Beyond the ranges of its metadata, two conditions: a heading error above
+        `UNKNOWN_HEADING_RAD` is inside (the hull is its circle then), and a ship slower than its
+        speed noise is outside (it may drift astern).
+        """
+        inside = (rows >= self._low) & (rows <= self._high)
+        inside[:, HEADING_ERROR] |= rows[:, HEADING_ERROR] > UNKNOWN_HEADING_RAD
+        rowwise: BoolArray = inside.all(axis=1) & (rows[:, SPEED] >= rows[:, SPEED_NOISE])
+        return rowwise
 
     def run(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The network itself: rows (n, 15) to distance (n,), away (n, 2), repulsion (n, 2)."""
