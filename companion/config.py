@@ -78,8 +78,9 @@ class Contacts(Section, frozen=True):
 
     `speed_noise_mps` and `course_noise_rad` are the paper's w_v and w_theta; the defaults are for
     ships under way in open water, the paper's case sets its own.  `position_error_m` applies to
-    reports flagged accurate, `coarse_position_error_m` to the others.  Below `slow_below_mps` a course
-    means nothing: such a ship may go any way at that speed.
+    reports flagged accurate, `coarse_position_error_m` to the others.  The noise bounds are believed for
+    `validity_s` after a report; from then on the ship may do anything up to `top_speed_mps`.  Below
+    `slow_below_mps` a course means nothing: such a ship may go any way at that speed.
     """
 
     speed_noise_mps: NonNegative = 0.25
@@ -93,6 +94,7 @@ class Contacts(Section, frozen=True):
     default_class_b_beam_m: Positive = 8.0
     top_speed_mps: Positive = 16.0
     slow_below_mps: NonNegative = 0.5
+    validity_s: Positive = 600.0
     own_mmsi: Annotated[int, Meta(ge=0, le=999_999_999)] = 0
 
 

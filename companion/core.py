@@ -68,7 +68,7 @@ class Core:
         )
         self._nmea2000 = Nmea2000Decoder(self._utc)
         self._own = Ownship(config.autopilot)
-        self._picture = Picture(config.contacts, config.field)
+        self._picture = Picture(config.contacts)
         self._mission = Mission(config.vehicle, config.goal)
         self._steering = Steering(config, repulsion)
         self._guard = Guard(config)

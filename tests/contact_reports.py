@@ -58,7 +58,7 @@ def own(at_s: float, north_m: float = 0.0, east_m: float = 0.0, **fields: object
 
 def picture(*reports: ContactReport, **contacts: float) -> Picture:
     """A picture that has heard `reports`, with keys of the [contacts] section."""
-    heard = Picture(config.Contacts(**contacts), config.Field())  # type: ignore[arg-type]
+    heard = Picture(config.Contacts(**contacts))  # type: ignore[arg-type]
     for each in reports:
         heard.observe(each)
     return heard

@@ -187,7 +187,7 @@ def test_a_ship_on_the_other_side_of_the_globe_does_not_appear_at_the_origin() -
 
 
 def test_a_full_picture_gives_up_the_farthest_for_a_nearer_one_and_says_so() -> None:
-    heard = Picture(config.Contacts(), config.Field(), most_contacts=3)
+    heard = Picture(config.Contacts(), most_contacts=3)
     heard.observe_own(own(0.0))
     for i, north_m in enumerate((1000.0, 30_000.0, 20_000.0)):
         heard.observe(report(1.0, north_m, mmsi=SHIP + i))
@@ -198,7 +198,7 @@ def test_a_full_picture_gives_up_the_farthest_for_a_nearer_one_and_says_so() -> 
 
 
 def test_a_flood_of_far_inventions_pushes_nobody_out() -> None:
-    heard = Picture(config.Contacts(), config.Field(), most_contacts=50)
+    heard = Picture(config.Contacts(), most_contacts=50)
     heard.observe_own(own(0.0))
     for i in range(50):
         heard.observe(report(1.0, 100.0 * i, 3000.0, mmsi=SHIP + i))

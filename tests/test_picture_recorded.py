@@ -15,7 +15,7 @@ from tests.contact_reports import recorded_bus, recorded_houston
 
 def listen(heard: Iterable[Heard], look_every_s: float) -> tuple[Picture, list[Tracks]]:
     """A picture fed with a log, and what it showed at regular times once an own position was known."""
-    picture = Picture(config.Contacts(), config.Field())
+    picture = Picture(config.Contacts())
     frame: LocalFrame | None = None
     shown: list[Tracks] = []
     look = Instant(0)
@@ -90,7 +90,7 @@ def test_ijsselmeer_our_echo_goes_and_the_marina_stays(ijsselmeer: tuple[Picture
 
 def test_houston_the_one_teleport_is_quarantined_and_nothing_else(shared_data: Path) -> None:
     """14,060 rows of ferries, tows and pilots; MMSI 258947000 jumps 7 miles for one report and back."""
-    picture = Picture(config.Contacts(), config.Field())
+    picture = Picture(config.Contacts())
     frame = LocalFrame(29.5, -94.8)
     jumped: list[Instant] = []
     for report in recorded_houston(shared_data / "ais_houston_ship_channel_20200101_1500-1700Z.csv.gz"):

@@ -6,11 +6,11 @@ the newest believed report itself.  What is assumed, in the order of the code:
 - the position is within `position_error_m` (flagged accurate) or `coarse_position_error_m` (not
   flagged), plus AIS's quantisation, plus the way the ship can make in the time stamp's error;
 - a ship under way keeps course and speed within `course_noise_rad` and `speed_noise_mps`, free to
-  vary at every instant, for `horizon_s` after the report (the paper's ship);
+  vary at every instant, for `validity_s` after the report (the paper's ship);
 - a ship slower than `slow_below_mps` keeps its speed within the same noise for the same time, but
   may go any way: a small growing disc, because a course at such speeds means nothing;
 - without speed, or without course at speed, anything up to the top speed: a disc;
-- after `horizon_s` anything up to the top speed, whatever was reported;
+- after `validity_s` anything up to the top speed, whatever was reported;
 - a hull never reported is the configured one of its class with the antenna anywhere on it;
 - a heading is within `heading_error_rad` and turns with the course; without one the hull may lie
   any way, as it may for everything that is a disc.  The course does not stand in for a heading.
@@ -52,7 +52,6 @@ class Assumptions:
     """What the configuration says of ships, turned into bounds."""
 
     contacts: config.Contacts
-    horizon_s: float
 
     def of(self, report: ContactReport, hull: Hull | None, kind: TargetKind, now: Instant) -> Bounds:
         """The bounds that `report` carries at `now`."""
@@ -82,7 +81,7 @@ class Assumptions:
             if straight and report.heading_rad is not None
             else math.pi,
             disc_speed_mps=kept_mps if slow and keeps_speed else top_mps,
-            validity_s=self.horizon_s,
+            validity_s=ship.validity_s,
             model=float(Model.STRAIGHT if straight else Model.DISC),
         )
 
@@ -102,7 +101,7 @@ class Assumptions:
 
     def expires_at(self, report: ContactReport) -> Instant:
         """When what the ship did at its report stops to bound what it does."""
-        return after(report.measured_at, self.horizon_s)
+        return after(report.measured_at, self.contacts.validity_s)
 
     def _assumed_hull(self, kind: TargetKind) -> Hull:
         ship = self.contacts

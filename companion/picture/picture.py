@@ -36,10 +36,8 @@ class Picture:
     are counted and noted, for water with unknown ships in it is not clear.
     """
 
-    def __init__(
-        self, contacts: config.Contacts, field: config.Field, most_contacts: int = MOST_CONTACTS
-    ) -> None:
-        self._assumptions = Assumptions(contacts, field.horizon_s)
+    def __init__(self, contacts: config.Contacts, most_contacts: int = MOST_CONTACTS) -> None:
+        self._assumptions = Assumptions(contacts)
         self._gate = Gate(self._assumptions)
         self._echo = EchoWatch(contacts.own_mmsi)
         self._contacts: dict[int, Contact] = {}
