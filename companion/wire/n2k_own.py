@@ -14,6 +14,8 @@ _HEADING = struct.Struct("<BHhhB")  # 127250: SID, heading, deviation, variation
 _SYSTEM_TIME = struct.Struct("<BBHI")  # 126992: SID, source, days, 1e-4 s
 _TIME_DATE = struct.Struct("<HI")  # 129033: days, 1e-4 s
 _GNSS_TIME = struct.Struct("<BHI")  # 129029: SID, days, 1e-4 s
+_GNSS_POSITION = struct.Struct("<qq")  # 129029 from byte 7: latitude, longitude, 1e-16 degrees
+_GNSS_POSITION_AT = 7
 _GNSS_METHOD = 31  # the byte with the type of fix in its high half
 _U16_RESERVED = 0xFFFD
 _I16_RESERVED = 0x7FFD
@@ -30,6 +32,15 @@ def position_deg(payload: bytes) -> tuple[float, float] | None:
         return None
     raw_lat, raw_lon = _POSITION.unpack_from(payload)
     latitude, longitude = raw_lat * 1e-7, raw_lon * 1e-7
+    return (latitude, longitude) if ais_rules.is_position(latitude, longitude) else None
+
+
+def gnss_position_deg(payload: bytes) -> tuple[float, float] | None:
+    """Latitude and longitude of PGN 129029, of a fix only."""
+    if len(payload) <= _GNSS_METHOD or payload[_GNSS_METHOD] >> 4 == 0:
+        return None
+    raw_lat, raw_lon = _GNSS_POSITION.unpack_from(payload, _GNSS_POSITION_AT)
+    latitude, longitude = raw_lat * 1e-16, raw_lon * 1e-16
     return (latitude, longitude) if ais_rules.is_position(latitude, longitude) else None
 
 

@@ -30,12 +30,16 @@ class Nmea2000Decoder:
 
     `utc` gives the AIS reports their age; it is only read here.  Whoever drives the decoder feeds
     it with the statements of UTC that come out, this bus's and others'.
+
+    Own positions: PGN 129025, and 129029 of receivers that send no 129025.
     """
 
     def __init__(self, utc: UtcClock) -> None:
         self.counts: Counter[str] = Counter()
         self._utc = utc
         self._packets = FastPackets(self.counts)
+        self._position_at: dict[int, Instant] = {}  # of PGN 129025, by talker
+        self._gnss_since: set[int] = set()  # talkers of PGN 129029 since their last 129025
         self._velocity: dict[int, tuple[Instant, tuple[float, float]]] = {}  # by talker
         self._heading: tuple[Instant, float] | None = None
 
@@ -51,14 +55,26 @@ class Nmea2000Decoder:
         else:
             return []
         self.counts["n2k.messages"] += 1
-        heard = self._read(pgn, frame.can_id & 0xFF, frame.stamp, payload)
+        talker = frame.can_id & 0xFF
+        heard = self._read(pgn, talker, frame.stamp, payload)
+        if pgn == GNSS and self._is_gnss_all_it_has(talker, frame.stamp):
+            own = self._own(talker, frame.stamp, n2k_own.gnss_position_deg(payload))
+            return [message for message in (heard, own) if message is not None]
         return [] if heard is None else [heard]
+
+    def _is_gnss_all_it_has(self, talker: int, stamp: Instant) -> bool:
+        """No rapid position lately, nor since its last GNSS position."""
+        is_second = talker in self._gnss_since
+        self._gnss_since.add(talker)
+        return is_second and not _is_fresh(self._position_at.get(talker), stamp)
 
     def _read(self, pgn: int, talker: int, stamp: Instant, payload: bytes) -> Heard | None:
         if pgn in n2k_ais.LAYOUTS:
             return n2k_ais.read(pgn, payload, stamp, self._utc, self.counts)
         if pgn == POSITION:
-            return self._own(talker, stamp, payload)
+            self._position_at[talker] = stamp
+            self._gnss_since.discard(talker)
+            return self._own(talker, stamp, n2k_own.position_deg(payload))
         if pgn == COURSE:
             velocity = n2k_own.velocity_mps(payload)
             if velocity is not None:
@@ -75,8 +91,7 @@ class Nmea2000Decoder:
             return None
         return UtcTime(stamp, Source.NMEA2000, utc_ns)
 
-    def _own(self, talker: int, stamp: Instant, payload: bytes) -> OwnPosition | None:
-        position = n2k_own.position_deg(payload)
+    def _own(self, talker: int, stamp: Instant, position: tuple[float, float] | None) -> OwnPosition | None:
         if position is None:
             self.counts["n2k.no_position"] += 1
             return None
@@ -92,5 +107,5 @@ class Nmea2000Decoder:
         )
 
 
-def _is_fresh(since: Instant, now: Instant) -> bool:
-    return 0 <= now - since <= _FRESH_NS
+def _is_fresh(since: Instant | None, now: Instant) -> bool:
+    return since is not None and 0 <= now - since <= _FRESH_NS
