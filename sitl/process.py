@@ -67,9 +67,9 @@ def run(options: Namespace) -> int:
         stack.callback(link.close)
         bus = CanBus.open(options.can)
         stack.callback(bus.close)
-        console.print(_greeting(sea, options))
+        console.print(_greeting(sea, options), soft_wrap=True)
         closest = _sail(sea, link, bus, stop, options.speedup, console)
-    console.print(_farewell(sea, closest))
+        console.print(_farewell(sea, closest), soft_wrap=True)
     return EXIT_ARRIVED if sea.arrived or stop.is_set() else EXIT_NOT_ARRIVED
 
 
@@ -108,8 +108,11 @@ def _sail(
                 said_s = sea.now / NS_PER_S
                 status.update(_line(sea))
                 if not console.is_terminal:
-                    console.print(_line(sea))
-            arrived_at = (arrived_at or sea.now) if sea.arrived else None
+                    console.print(_line(sea), soft_wrap=True)
+            if not sea.arrived:
+                arrived_at = None
+            elif arrived_at is None:
+                arrived_at = sea.now
             if arrived_at is not None and elapsed_s(arrived_at, sea.now) >= _LINGER_S:
                 break
     return closest
