@@ -57,13 +57,17 @@ class Metadata(msgspec.Struct, frozen=True, kw_only=True):
         return self.inputs[COLUMNS.index(column)]
 
 
-def read_bytes(path_or_name: str | Path) -> tuple[str, bytes]:
-    """(origin, content) of a file, or of a packaged model given by its name."""
+def read_bytes(path_or_name: str | Path, suffix: str = ".onnx") -> tuple[str, bytes]:
+    """(origin, content) of a model file, or of a packaged model given by its name.
+
+    Another `suffix` reads the file of that ending beside the model.
+    """
     path = Path(path_or_name)
-    packaged = resources.files("models") / f"{path_or_name}.onnx"
+    packaged = resources.files("models") / f"{path_or_name}{suffix}"
     is_name = path.suffix != ".onnx" and path.name == str(path_or_name)
     try:
-        return (str(path_or_name), packaged.read_bytes()) if is_name else (str(path), path.read_bytes())
+        content = packaged.read_bytes() if is_name else path.with_suffix(suffix).read_bytes()
+        return str(path_or_name), content
     except OSError:
         folder = resources.files("models").iterdir()
         known = sorted(entry.name[:-5] for entry in folder if entry.name.endswith(".onnx"))

@@ -1,0 +1,134 @@
+"""The certificate beside a model, and its check: seconds, no torch, another method than its maker.
+
+What is proven, for every course noise w in the model's range and every grid direction b:
+
+    0 <= [cos b + N^(w)] - cos(max(|b| - w, 0)) <= eps
+
+N^ is the learned network, the other cosine the true support per metre of reach.  The set's support is
+that times the reach A = until * (v + w_v) (or age * (v - w_v)), plus hull and position error, which
+the graph has in closed form; so over the whole stated domain the learned support is nowhere below
+the true one and nowhere more than A * eps above.  Each support value bounds the distance from below:
+the network never claims more distance than there is, at any position.
+
+The maker encloses slopes by interval arithmetic and halves cells.  Here: a fixed fine grid and
+Taylor's formula with one bound of the second derivative for all of it,
+
+    |f(w) - f(m) - f'(m) (w - m)| <= max|f''| (w - m)^2 / 2,      f = N^ - N
+"""
+
+import hashlib
+import math
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from companion.errors import ModelError
+from companion.messages import FloatArray
+from companion.planning.model_file import METADATA_KEY, decode_metadata, read_bytes
+from companion.planning.onnx_weights import float_constants, metadata_text
+
+SCHEMA = 1
+SUFFIX = ".certificate.json"
+POINTS = 16_384
+TANH_CURVATURE = 4 / (3 * math.sqrt(3))  # max |tanh''|
+ROUNDING = 1e-12
+REMEDY = "run `companion certify MODEL` where the training extra is installed"
+
+
+class Certificate(msgspec.Struct, frozen=True, kw_only=True):
+    """What is claimed of one model file, and how it was found."""
+
+    schema: int
+    model: str
+    model_sha256: str
+    property: str
+    domain: dict[str, tuple[float, float]]
+    conditions: tuple[str, ...]
+    grid: int
+    course_noise_max_rad: float
+    eps_per_metre_of_reach: float
+    eps_m: dict[str, float]  # for stated parts of the domain
+    rounding: str
+    method: str
+    cells: int
+    seal: str = ""  # sha256 of all the above
+
+    def sealed(self) -> "Certificate":
+        """The same with its seal."""
+        return msgspec.structs.replace(self, seal=self._digest())
+
+    def is_sealed(self) -> bool:
+        """Whether nothing was changed since."""
+        return self.seal == self._digest()
+
+    def _digest(self) -> str:
+        blank = msgspec.structs.replace(self, seal="")
+        return hashlib.sha256(msgspec.json.encode(blank, order="sorted")).hexdigest()
+
+
+def check(path_or_name: str | Path) -> Certificate:
+    """Prove a model's certificate again; raises `ModelError` saying what is wrong with it."""
+    origin, content = read_bytes(path_or_name)
+    certificate = _read(path_or_name, origin)
+    if not certificate.is_sealed():
+        raise ModelError(f"the certificate of '{origin}' was changed after it was made; {REMEDY}")
+    if hashlib.sha256(content).hexdigest() != certificate.model_sha256:
+        raise ModelError(f"the certificate of '{origin}' is for another file than this model; {REMEDY}")
+    try:
+        metadata = decode_metadata(metadata_text(content, METADATA_KEY), origin)
+        low, high = enclose(content, certificate)
+    except (ValueError, KeyError) as error:
+        raise ModelError(f"'{origin}' has no learned support to check ({error}); {REMEDY}") from None
+    if {i.name: (i.low, i.high) for i in metadata.inputs} != certificate.domain or (
+        certificate.course_noise_max_rad < metadata.range_of("course_noise_rad").high
+    ):
+        raise ModelError(f"the certificate of '{origin}' is for another domain than the model's; {REMEDY}")
+    if low < 0 or not high <= certificate.eps_per_metre_of_reach:
+        raise ModelError(
+            f"the certificate of '{origin}' does not hold: learned minus true support, per metre of reach, "
+            f"is in [{low:.3g}, {high:.3g}], not in [0, {certificate.eps_per_metre_of_reach:.3g}]; {REMEDY}"
+        )
+    return certificate
+
+
+def enclose(content: bytes, certificate: Certificate) -> tuple[float, float]:
+    """Bounds of learned minus true support per metre of reach, over all directions and noises."""
+    constants = float_constants(content)
+    count = sum(1 for name in constants if name.startswith("weight"))
+    layers = [(constants[f"weight{i}"], constants[f"bias{i}"]) for i in range(count)]
+    widest, k = certificate.course_noise_max_rad, certificate.grid
+    if not layers or layers[-1][0].shape[1] != k:
+        raise ValueError(f"weights for {k} directions not found")
+    half = widest / POINTS / 2
+    middle = (2 * np.arange(POINTS) + 1) * half
+    angle = np.abs(np.remainder(2 * np.pi * np.arange(k) / k + np.pi, 2 * np.pi) - np.pi)
+    beyond = np.maximum(angle - middle[:, None], 0.0)
+
+    value, slope = 2 * middle[:, None] / widest - 1, np.full((POINTS, 1), 2 / widest)
+    steep, bend = np.array([2 / widest]), np.array([0.0])  # bounds of |slope| and |second derivative|
+    for i, (weight, bias) in enumerate(layers):
+        value, slope = value @ weight + bias, slope @ weight
+        steep, bend = steep @ np.abs(weight), bend @ np.abs(weight)
+        if i < count - 1:
+            value = np.tanh(value)
+            slope = (1 - value * value) * slope
+            bend = TANH_CURVATURE * steep * steep + bend
+    error = value + np.cos(angle) - np.cos(beyond)
+    tilt = np.abs(slope - np.sin(beyond)) * half
+    spread: FloatArray = tilt + (bend + 1.0) * half * half / 2 + ROUNDING
+    return float((error - spread).min()), float((error + spread).max())
+
+
+def _read(path_or_name: str | Path, origin: str) -> Certificate:
+    try:
+        _, text = read_bytes(path_or_name, SUFFIX)
+    except ModelError:
+        raise ModelError(f"'{origin}' has no certificate beside it; {REMEDY}") from None
+    try:
+        certificate = msgspec.json.decode(text, type=Certificate)
+    except msgspec.MsgspecError as error:
+        raise ModelError(f"the certificate of '{origin}' is unreadable: {error}; {REMEDY}") from None
+    if certificate.schema != SCHEMA:
+        raise ModelError(f"the certificate of '{origin}' has schema {certificate.schema}; {REMEDY}")
+    return certificate
