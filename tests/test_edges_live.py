@@ -122,8 +122,8 @@ def test_whatever_the_steps_take_time_only_grows_and_no_tick_is_early(
     for number, (earlier, later) in enumerate(pairwise(ticks), 2):
         assert earlier.t < later.t
         assert later.t >= instant(1.0) + round(number * NS_PER_S / rate_hz)
-    beats = int((ticks[-1].t - instant(1.0)) * rate_hz / NS_PER_S + 1e-6)
-    assert len(ticks) + live.skipped == beats
+    beats = (ticks[-1].t - instant(1.0)) * rate_hz / NS_PER_S
+    assert abs(len(ticks) + live.skipped - beats) < 1 + 1e-6  # the last one may be late by less than a beat
 
 
 def test_no_frame_is_lost_or_later_than_its_tick() -> None:
