@@ -1,7 +1,8 @@
 """The autopilot's AIS receiver: what it keeps of each vessel and how it passes it on.
 
 As ArduPilot does: AIS_VESSEL only on request, one vessel an interval, each again on change or
-every 30 s, `tslc` rising meanwhile, dropped after 600 s without a report.
+every 30 s, `tslc` rising meanwhile, dropped after 600 s without a position.  Static data neither
+makes a vessel newer nor sends it again: it rides with the next position.
 """
 
 import math
@@ -21,11 +22,11 @@ _NO_TURN = 127
 
 @dataclass(slots=True)
 class _Vessel:
-    heard: Instant
+    heard: Instant  # the position, or the static data of a ship without one
     position: AisPosition | None = None
     static: AisStatic | None = None
     sent: Instant | None = None
-    changed: bool = True
+    changed: bool = False
 
 
 class AisList:
@@ -40,10 +41,8 @@ class AisList:
     def hear(self, t: Instant, report: AisReport) -> None:
         """Take a report off the air."""
         vessel = self._vessels.setdefault(report.mmsi, _Vessel(heard=t))
-        vessel.heard = t
-        vessel.changed = True
         if isinstance(report, AisPosition):
-            vessel.position = report
+            vessel.position, vessel.heard, vessel.changed = report, t, True
         else:
             vessel.static = report
 

@@ -215,10 +215,24 @@ def test_ais_vessel_carries_the_report_and_the_hull_once_it_is_known() -> None:
     assert (bare.dimension_bow, bare.dimension_port) == (65535, 255)
     hull = Hull(55.0, 20.0, 10.0, 15.0)
     autopilot.hear(instant(1.5), AisStatic(230_000_001, "ONE", "SITL", 9_000_000, 70, hull, 8.0))
-    (full,) = ais_of(autopilot, instant(2.0))
+    assert not ais_of(autopilot, instant(2.0))  # it rides with the next position
+    autopilot.hear(instant(2.5), report(230_000_001))
+    (full,) = ais_of(autopilot, instant(3.0))
+    assert full.tslc == 0
     assert full.flags & mav.AIS_FLAGS_VALID_DIMENSIONS
     dims = (full.dimension_bow, full.dimension_stern, full.dimension_port, full.dimension_starboard)
     assert dims == (55, 20, 10, 15)
+
+
+def test_static_data_does_not_make_an_old_position_new() -> None:
+    autopilot = make()
+    autopilot.hear(instant(0.0), report(230_000_001))
+    hull = Hull(55.0, 20.0, 10.0, 15.0)
+    autopilot.hear(instant(9.0), AisStatic(230_000_001, "ONE", "SITL", 9_000_000, 70, hull, 8.0))
+    autopilot.hear(instant(9.9), AisStatic(230_000_002, "TWO", "SITL", 9_000_001, 70, hull, 8.0))
+    autopilot.receive(instant(9.9), command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, 301.0, 1e5))
+    sent = [(k, m.MMSI, m.tslc) for k in range(10, 50) for m in ais_of(autopilot, instant(float(k)))]
+    assert sent == [(10, 230_000_001, 10), (40, 230_000_001, 40)]
 
 
 def test_mode_and_arming_commands_are_obeyed_and_acknowledged() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from companion import config
+from companion import config, reach
+from companion.build import build
 from companion.errors import ConfigError
 from companion.instant import Instant, instant
 from companion.messages import Link
@@ -159,3 +160,32 @@ def test_without_setpoints_the_run_ends_at_the_time_limit_where_it_began() -> No
     assert sea.timed_out
     assert not sea.arrived
     assert sea.to_goal_m == pytest.approx(1230.0)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_the_companion_hears_in_a_minute_bounds_every_true_hull_for_the_next_nine(seed: int) -> None:
+    scenario = load("uuv_crossing")
+    sea = scenario_sea(scenario, seed=seed)
+    tables = scenario.companion_tables(sea.goal_deg, {"repulsion": {"kind": "exact"}})
+    companion = build(config.from_mapping(tables))
+    lockstep = LockstepSea(sea)
+    for tick in lockstep:
+        decision = companion.core.step(tick)
+        companion.encoder.system_id = companion.core.system_id
+        for out in decision.outgoing:
+            lockstep.send(tick.t, companion.encoder.encode(out), None)
+        if tick.t >= instant(59.0):
+            break
+    assert len(decision.tracks) == 10
+    assert companion.core.frame is not None
+    for t in map(instant, range(60, 601, 60)):
+        sets, truth = reach.at(decision.tracks, t), sea.truth(t)
+        assert np.array_equal(truth.mmsi, decision.tracks.mmsi)
+        for ahead in (truth.bow_m, -truth.stern_m):
+            for aside in (truth.starboard_m, -truth.port_m):
+                cos, sin = np.cos(truth.heading_rad), np.sin(truth.heading_rad)
+                north = truth.north_m + ahead * cos - aside * sin
+                east = truth.east_m + ahead * sin + aside * cos
+                for i in range(len(truth)):
+                    corner = companion.core.frame.to_local(*sea.frame.to_geodetic(north[i], east[i]))
+                    assert sets.nearest(np.array(corner)).distance_m[i] <= 0.0
