@@ -141,7 +141,7 @@ class Measure:
             step_time=_step_time(self._step_s),
             guard=_guard_changes(decisions),
             reason_s=_reason_s(decisions),
-            last_reasons=tuple(reason.text for reason in last.reasons),
+            last_reasons=tuple(r.text for r in last.reasons if not r.code.startswith("note.")),
         )
 
 

@@ -67,18 +67,19 @@ class Summary:
     step_time: StepTime
     guard: GuardChanges
     reason_s: dict[str, float]  # how long each reason stood
-    last_reasons: tuple[str, ...]
+    last_reasons: tuple[str, ...]  # doubts and obstacles at the last step, without the mere notes
 
     @property
     def failures(self) -> tuple[str, ...]:
         """What the run is blamed for, a sentence each; none if it went well."""
         said = []
-        if self.closest_set is not None and self.closest_set.distance_m < self.delta_m:
-            when_s = elapsed_s(self.start, self.closest_set.at)
+        near = self.closest_set
+        if near is not None and near.distance_m < self.delta_m:
+            when_s = elapsed_s(self.start, near.at)
+            how_near = f"within {near.distance_m:.1f} m of" if near.distance_m > 0 else "into"
             said.append(
-                f"came within {self.closest_set.distance_m:.1f} m of a reachable set "
-                f"({self.closest_set.name or self.closest_set.mmsi}, {when_s:.0f} s after the start); "
-                f"delta is {self.delta_m:g} m"
+                f"came {how_near} a reachable set ({near.name or near.mmsi}, {when_s:.0f} s after the start; "
+                f"delta is {self.delta_m:g} m, {self.within_delta_s:.0f} s were spent below it)"
             )
         if not self.arrived:
             why = f": {'; '.join(self.last_reasons)}" if self.last_reasons else ""

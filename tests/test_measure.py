@@ -128,7 +128,7 @@ def test_a_run_within_delta_of_a_set_is_blamed_by_name() -> None:
     summary = measure.summary(measure.course())
     assert summary.arrived
     (sentence,) = summary.failures
-    assert "within 2.5 m of a reachable set (NORTHBOUND" in sentence
+    assert "came within 2.5 m of a reachable set (NORTHBOUND" in sentence
     assert 10.0 < summary.within_delta_s < 20.0
     beside = still_vehicle(80.0, phase=Phase.ARRIVED)
     assert beside.summary(beside.course()).failures == ()

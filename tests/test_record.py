@@ -295,6 +295,10 @@ def test_every_field_of_a_decision_is_in_its_record() -> None:
     assert recorded <= set(DecisionRecord.__struct_fields__)
 
 
+def test_every_column_of_the_tracks_is_in_their_record() -> None:
+    assert {f.name for f in fields(Tracks)} == set(TracksRecord.__struct_fields__)
+
+
 def test_the_record_shows_the_nearest_contacts_first() -> None:
     record = DecisionRecorder().record(decision_at(instant(1.0)))
     assert [c.mmsi for c in record.nearest] == [200_000_000 + i for i in range(11, 3, -1)]

@@ -2,17 +2,24 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
+import msgspec
 import pytest
 
-from companion import loop
+from companion import build, loop
+from companion.config import from_mapping
 from companion.errors import LogError
 from companion.instant import Instant, instant
 from companion.loop import Stepper, Tick
 from companion.messages import Decision, Frame, Heartbeat, Link, Outgoing, Phase, Status, Tracks
-from companion.record import OTHER_MACHINE, Log, Recorder, Session
-from companion.replay import compare
+from companion.record import OTHER_MACHINE, Log, Recorder, Session, Topic
+from companion.record.session import session
+from companion.replay import compare, replay
+from sitl.launch import scenario_sea
+from sitl.lockstep import LockstepSea
+from sitl.scenario import load
 
 SESSION = Session(schema_version=1, software="0.0", rate_hz=10.0, config={})
 
@@ -152,3 +159,54 @@ def test_a_log_without_a_tick_is_refused(tmp_path: Path) -> None:
     core: Stepper = Summing()
     with pytest.raises(LogError, match="no tick"):
         compare(Log(tmp_path), core, Counting())
+
+
+class Hurried(LockstepSea):
+    """A sea whose run ends after so many ticks."""
+
+    ticks = 400
+
+    def __iter__(self) -> Iterator[Tick]:
+        return islice(super().__iter__(), self.ticks)
+
+
+@pytest.fixture(scope="module")
+def real_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The paper's crossing, its first 40 s, by the real core over real bytes."""
+    folder = tmp_path_factory.mktemp("run")
+    scenario = load("uuv_crossing")
+    sea = scenario_sea(scenario)
+    config = from_mapping(scenario.companion_tables(sea.goal_deg, {"vehicle": {"listen_s": 20.0}}))
+    companion = build.build(config)
+    lockstep = Hurried(sea)
+    with Recorder(folder / "log.mcap", session(config, companion.model_digest)) as recorder:
+        loop.run(lockstep, companion.core, companion.encoder, lockstep, recorder, lambda: 0.0)
+    return folder
+
+
+def test_the_real_core_replays_bit_for_bit(real_run: Path) -> None:
+    found = replay(real_run)
+    assert found.first is None
+    assert found.ticks == Hurried.ticks
+    assert found.complete
+    assert found.notes == ()
+    decided = [msgspec.json.decode(step.decision or b"") for step in Log(real_run).steps()]
+    assert decided[-1]["contacts"] == 10
+    assert any("setpoint" in each for each in decided)
+
+
+def test_one_flipped_bit_in_what_was_heard_is_found(real_run: Path, tmp_path: Path) -> None:
+    log = Log(real_run)
+    with Recorder(tmp_path / "log.mcap", log.session) as forged:
+        for step in log.steps():
+            frames = step.tick.frames
+            if step.number == 100:
+                first = replace(frames[0], data=bytes((frames[0].data[0] ^ 1,)) + frames[0].data[1:])
+                frames = (first, *frames[1:])
+            forged.tick(Tick(step.tick.t, frames))
+            forged._writer.add_message(forged._channels[Topic.DECISION], 0, step.decision or b"", 0)
+            for data in step.sent:
+                forged.sent(step.tick.t, data)
+    found = replay(tmp_path)
+    assert found.first is not None
+    assert found.first.tick >= 100

@@ -1,5 +1,7 @@
 """Title, the run in one line, and the legend."""
 
+from textwrap import shorten
+
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -7,6 +9,8 @@ from matplotlib.patches import Patch
 from sitl.chart.scene import Scene
 from sitl.chart.style import ALARM, FAINT, INK, ROUTE, TEXT_PT, TIME_MAP, TITLE_PT
 from sitl.summary import Summary
+
+MOST_LETTERS = 125  # of the line below the title
 
 
 def draw_header(figure: Figure, summary: Summary, scene: Scene) -> None:
@@ -44,7 +48,7 @@ def draw_header(figure: Figure, summary: Summary, scene: Scene) -> None:
 def outcome(summary: Summary) -> str:
     """The run in one line; its failures, if there were any."""
     if summary.failures:
-        return "; ".join(summary.failures)
+        return shorten("; ".join(summary.failures), MOST_LETTERS, placeholder=" ...")
     said = []
     if summary.time_to_goal_s is not None:
         said.append(f"at the goal after {summary.time_to_goal_s:.0f} s")

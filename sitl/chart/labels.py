@@ -40,7 +40,7 @@ def say(
     )
 
 
-def say_ends(axes: Axes, course: Course, scene: Scene) -> None:
+def say_ends(axes: Axes, course: Course, scene: Scene, view: Window) -> None:
     """Start and goal with their positions, and how long the vehicle listened."""
     listening_s = [
         since_s
@@ -56,7 +56,9 @@ def say_ends(axes: Axes, course: Course, scene: Scene) -> None:
         inward = -8 if eastward else 8
         say(axes, start, scene.start_m, (inward, -15), INK, near)
         say(axes, heard, scene.start_m, (inward, -27), FAINT, near)
-        say(axes, goal, scene.goal_m, (-inward, -19), INK, far)
+        apart_m = abs(scene.goal_m[1] - scene.start_m[1])
+        below = -19 if apart_m > 1.1 * view.half_m[1] else -43  # clear of the start's own lines
+        say(axes, goal, scene.goal_m, (-inward, below), INK, far)
     else:
         outward = -1 if scene.goal_m[0] >= scene.start_m[0] else 1
         say(axes, start, scene.start_m, (12, 9 * outward), INK)
@@ -82,7 +84,7 @@ def say_closest(axes: Axes, closest: Approach, scene: Scene) -> None:
     where = (closest.east_m, closest.north_m)
     axes.plot(*where, "o", markersize=12, fillstyle="none", color=ALARM, markeredgewidth=1.4, zorder=8)
     axes.annotate(
-        f"{closest.distance_m:.1f} m from the set of\n{closest.name or closest.mmsi}: the closest",
+        f"{nearness(closest.distance_m)} the set of\n{closest.name or closest.mmsi}: the closest",
         xy=where,
         xytext=(-40, 40) if scene.runs_east_west else (46, -30),
         textcoords="offset points",
@@ -104,12 +106,11 @@ def say_closest(axes: Axes, closest: Approach, scene: Scene) -> None:
 
 def say_channel(axes: Axes, channel: Channel, view: Window) -> None:
     """The channel's name along its middle, at the border of the picture."""
-    to_border = channel.point_m + 4 * view.radius_m * channel.along
-    edge = view.border_toward(to_border - channel.point_m + view.centre_m)
-    # from the point of the middle line nearest to that border, a little inward
-    along_m = float((edge - channel.point_m) @ channel.along) - 0.12 * view.radius_m
-    point = channel.point_m + along_m * channel.along
-    turn_deg = float(np.degrees(np.arctan2(channel.along[0], channel.along[1])))
+    # the southern or eastern end: the northern one has the notes
+    along = channel.along if channel.along[1] - channel.along[0] > 0 else -channel.along
+    edge = view.border_toward(view.centre_m + along)
+    point = channel.point_m + (float((edge - channel.point_m) @ along) - 0.12 * view.radius_m) * along
+    turn_deg = float(np.degrees(np.arctan2(along[0], along[1])))
     axes.text(
         point[1],
         point[0],
@@ -130,11 +131,10 @@ def say_beyond(axes: Axes, moments: list[Snapshot], view: Window) -> None:
     last = moments[-1]
     beyond = int((~view.holds(np.column_stack((last.truth.north_m, last.truth.east_m)))).sum())
     said = [f"{beyond} ships outside at {last.since_start_s:.0f} s"] if beyond else []
-    said += [
-        f"at {moment.since_start_s:.0f} s: {moment.everywhere} ships unheard so long they can be anywhere"
-        for moment in moments
-        if moment.everywhere
-    ]
+    unbounded = [moment for moment in moments if moment.everywhere]
+    if unbounded:
+        since = f"{unbounded[0].since_start_s:.0f} s"
+        said.append(f"{unbounded[0].everywhere} ships at {since} unheard so long they can be anywhere here")
     axes.annotate(
         "\n".join(said),
         (0.012, 0.988),
@@ -145,6 +145,11 @@ def say_beyond(axes: Axes, moments: list[Snapshot], view: Window) -> None:
         path_effects=HALO,
         zorder=9,
     )
+
+
+def nearness(distance_m: float) -> str:
+    """How near, for a signed distance."""
+    return f"{distance_m:.1f} m from" if distance_m > 0 else f"{-distance_m:.1f} m inside"
 
 
 def position(scene: Scene, point_m: FloatArray) -> str:

@@ -12,7 +12,8 @@ from sitl.measure import DRAUGHT_M, Course
 from sitl.summary import Summary
 
 LINEAR_BELOW_M = 10.0  # near distances read linearly, far ones by their order of magnitude
-TICKS_M = (-50, -20, -10, 0, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000)
+DEEPEST_M = -20.0  # deeper inside a set the picture says no more
+TICKS_M = (-10, 0, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000)
 
 
 def draw_distance(
@@ -126,4 +127,4 @@ def _series(course: Course, distances: Distances) -> tuple[FloatArray, FloatArra
 def _range(shown_m: FloatArray, delta_m: float) -> tuple[float, float]:
     some = shown_m[np.isfinite(shown_m)]
     low, high = (float(some.min()), float(some.max())) if len(some) else (0.0, 100.0)
-    return min(0.0, low * 1.3), max(high * 1.3, 10 * delta_m)
+    return min(0.0, max(low * 1.3, DEEPEST_M)), max(high * 1.3, 10 * delta_m)

@@ -11,7 +11,7 @@ from companion.messages import BoolArray, FloatArray, Phase, Tracks
 from sitl.measure import Course
 
 ROUTE_POINTS = 80
-LEAST_SPAN_M = 300.0
+LEAST_SPAN_M = 800.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,8 @@ from sitl.chart.style import (
 from sitl.measure import Course
 from sitl.summary import Summary
 
+FEW_SETS = 8  # in the window at one moment; more are drawn fainter
+
 
 def draw_map(
     axes: Axes,
@@ -47,7 +49,7 @@ def draw_map(
         _own(axes, moment, colour)
     _ends(axes, scene)
     _beyond(axes, moments[-1], view, colour)
-    say_ends(axes, course, scene)
+    say_ends(axes, course, scene, view)
     say_times(axes, moments, scene, view, colour)
     say_beyond(axes, moments, view)
     if summary.closest_set is not None:
@@ -96,11 +98,12 @@ def _channel(axes: Axes, channel: Channel, view: Window) -> None:
 
 def _ships(axes: Axes, moment: Snapshot, colour: TimeColour) -> None:
     red, green, blue, _ = colour(moment.since_start_s)
+    crowd = max(len(moment.sets_m) / FEW_SETS, 1.0)  # many sets over each other must not hide the path
     axes.add_collection(
         PolyCollection(
             [_xy(outline) for outline in moment.sets_m],
-            facecolors=[(red, green, blue, 0.16)],
-            edgecolors=[(red, green, blue, 0.9)],
+            facecolors=[(red, green, blue, 0.16 / crowd)],
+            edgecolors=[(red, green, blue, 0.9 / crowd**0.5)],
             linewidths=0.9,
             zorder=2,
         )
