@@ -46,6 +46,20 @@ class Arcs:
         h0, h1, h2 = self.support
         return h0 + r1 * h1 + r2 * h2
 
+    def only(self, i: int) -> "Arcs":
+        """The single set i."""
+        h0, h1, h2 = self.support
+        one = slice(i, i + 1)
+        return Arcs(
+            north=self.north[:, one],
+            east=self.east[:, one],
+            support=(h0[:, one], h1[:, one], h2[:, one]),
+            table=np.ascontiguousarray(self.table.reshape(len(self.table), *self.north.shape)[:, :, i]),
+            cos_width=self.cos_width[:, one],
+            sin_width=self.sin_width[:, one],
+            column=np.zeros(1, dtype=np.int64),
+        )
+
 
 def arcs(
     angle_rad: FloatArray, width_rad: FloatArray, centre: Points, radius: Affine, before: IntArray

@@ -17,8 +17,11 @@ Distances = tuple[FloatArray, FloatArray, FloatArray]  # distance, and the unit 
 class Sets(Protocol):
     """The sets of n contacts at one instant or over one interval, each around its reported position."""
 
-    def distances(self, north_m: FloatArray, east_m: FloatArray) -> Distances:
-        """Signed distance and direction (n,) to one point per contact, relative to its reported position."""
+    def distances(self, north_m: FloatArray, east_m: FloatArray, contact: int | None = None) -> Distances:
+        """Signed distances and directions to points relative to the reported position.
+
+        One point for every contact, all (n,); or with `contact` many points (m,) for that one.
+        """
         ...
 
     def support(self, angle_rad: FloatArray) -> FloatArray:

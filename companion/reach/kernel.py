@@ -1,10 +1,18 @@
-"""The one numerical kernel: signed distance and direction from `Arcs` to points, in numpy."""
+"""The one numerical kernel: signed distance and direction from `Arcs` to points, in numpy.
+
+It is the reference and the default.  `compiled.py` has the same function for numba; which of them
+runs is named by the caller, never decided by what is installed: a replay computes what was computed.
+"""
+
+from collections.abc import Callable
 
 import numpy as np
 
 from companion.messages import FloatArray, IntArray
 from companion.reach.arcs import Arcs
 from companion.reach.interface import Distances
+
+Kernel = Callable[[Arcs, FloatArray, FloatArray, FloatArray, FloatArray], Distances]
 
 
 def nearest(arcs: Arcs, r1: FloatArray, r2: FloatArray, north: FloatArray, east: FloatArray) -> Distances:

@@ -7,15 +7,20 @@ The model that holds is the one at `now` (for `at`: at now + ahead): a contact o
 is a DISC of radius `disc_speed_mps` times age.  Silence makes a set grow; nothing is dropped.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from companion.instant import Instant, after
 from companion.messages import BoolArray, FloatArray, IntArray, Nearest, Tracks
-from companion.reach.interface import Sets
+from companion.reach.disc import disc_distances
+from companion.reach.interface import Distances, Sets
+from companion.reach.kernel import Kernel, nearest
 from companion.reach.outline import polygon_around
 from companion.reach.shapes import prepare
+
+CHUNK = 400  # points at once, so that the kernel's arrays stay in cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +49,21 @@ class ReachableSets:
         """Distances (m, n) and directions (m, n, 2) of every set for many positions (m, 2)."""
         distance = np.empty((len(positions_m), len(self)))
         away = np.empty((len(positions_m), len(self), 2))
-        for row, position in enumerate(positions_m):
-            nearest = self.nearest(position)
-            distance[row], away[row] = nearest.distance_m, nearest.away
+        if len(positions_m) <= len(self):
+            for row, position in enumerate(positions_m):
+                nearest = self.nearest(position)
+                distance[row], away[row] = nearest.distance_m, nearest.away
+            return distance, away
+        for rows, sets in self.parts:
+            for k, i in enumerate(range(len(self)) if rows is None else rows):
+                for some in _chunks(len(positions_m)):
+                    north = positions_m[some, 0] - self.north_m[i]
+                    east = positions_m[some, 1] - self.east_m[i]
+                    found = sets.distances(north, east, k)
+                    distance[some, i], away[some, i, 0], away[some, i, 1] = found
+        for i in np.flatnonzero(self.is_disc) if self.is_disc is not None else ():
+            north, east = positions_m[:, 0] - self.north_m[i], positions_m[:, 1] - self.east_m[i]
+            distance[:, i], away[:, i, 0], away[:, i, 1] = disc_distances(north, east, self.disc_m[i])
         return distance, away
 
     def support(self, directions: FloatArray) -> FloatArray:
@@ -64,7 +81,7 @@ class ReachableSets:
         """(m, 2) closed convex polygon around set i, for drawing; it contains the set."""
         return polygon_around(self.support, i)
 
-    def _distances(self, north: FloatArray, east: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _distances(self, north: FloatArray, east: FloatArray) -> Distances:
         if len(self.parts) == 1 and self.parts[0][0] is None:
             distance, away_north, away_east = self.parts[0][1].distances(north, east)
         else:
@@ -72,33 +89,36 @@ class ReachableSets:
             for rows, sets in self.parts:
                 distance[rows], away_north[rows], away_east[rows] = sets.distances(north[rows], east[rows])
         if self.is_disc is not None:
-            length = np.hypot(north, east)
-            # at the very centre every direction leads out; north is as good as any
-            scale = 1.0 / np.where(length > 0, length, 1.0)
-            radial_north = np.where(length > 0, north * scale, 1.0)
-            distance = np.where(self.is_disc, length - self.disc_m, distance)
-            away_north = np.where(self.is_disc, radial_north, away_north)
-            away_east = np.where(self.is_disc, east * scale, away_east)
+            disc = disc_distances(north, east, self.disc_m)
+            distance = np.where(self.is_disc, disc[0], distance)
+            away_north = np.where(self.is_disc, disc[1], away_north)
+            away_east = np.where(self.is_disc, disc[2], away_east)
         return distance, away_north, away_east
 
 
-def tube(tracks: Tracks, now: Instant, until_age_s: FloatArray | float) -> ReachableSets:
+def tube(
+    tracks: Tracks, now: Instant, until_age_s: FloatArray | float, kernel: Kernel = nearest
+) -> ReachableSets:
     """Everything each ship can cover while its report's age runs from now's to `until_age_s` ((n,) or one).
 
     This is O_[t0, t, t0 + T] of eq. (4) with `until_age_s` = T.  Where T has passed it is the set now.
     """
     age = tracks.age_s(now)
-    return _sets(tracks, age, np.maximum(age, until_age_s))
+    return _sets(tracks, age, np.maximum(age, until_age_s), kernel)
 
 
-def at(tracks: Tracks, now: Instant, ahead_s: float = 0.0) -> ReachableSets:
+def at(tracks: Tracks, now: Instant, ahead_s: float = 0.0, kernel: Kernel = nearest) -> ReachableSets:
     """Where each ship can be at `now + ahead_s`."""
     age = tracks.age_s(after(now, ahead_s))
-    return _sets(tracks, age, age)
+    return _sets(tracks, age, age, kernel)
 
 
-def _sets(tracks: Tracks, age: FloatArray, until: FloatArray) -> ReachableSets:
-    shapes = prepare(tracks)
+def _chunks(count: int) -> Iterator[slice]:
+    return (slice(start, start + CHUNK) for start in range(0, count, CHUNK))
+
+
+def _sets(tracks: Tracks, age: FloatArray, until: FloatArray, kernel: Kernel) -> ReachableSets:
+    shapes = prepare(tracks, kernel)
     parts = tuple(
         (rows, shape.between(age, until) if rows is None else shape.between(age[rows], until[rows]))
         for rows, shape in shapes.parts

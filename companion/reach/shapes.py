@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from companion.messages import BoolArray, FloatArray, IntArray, Model, Tracks
+from companion.reach.hull import Corners
 from companion.reach.interface import Shapes
-from companion.reach.straight import hull_corners, straight_shapes
+from companion.reach.kernel import Kernel
+from companion.reach.straight import straight_shapes
 
 # every model but DISC, which any contact may become
-MODELS: dict[Model, Callable[[Tracks], Shapes]] = {Model.STRAIGHT: straight_shapes}
+MODELS: dict[Model, Callable[[Tracks, Kernel], Shapes]] = {Model.STRAIGHT: straight_shapes}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,23 +39,23 @@ class _Same:
         return isinstance(other, _Same) and self.tracks is other.tracks
 
 
-def prepare(tracks: Tracks) -> Prepared:
+def prepare(tracks: Tracks, kernel: Kernel) -> Prepared:
     """The shapes of `tracks`; the latest few are remembered, which no result depends on."""
-    return _prepared(_Same(tracks))
+    return _prepared(_Same(tracks), kernel)
 
 
 @lru_cache(maxsize=4)
-def _prepared(same: _Same) -> Prepared:
+def _prepared(same: _Same, kernel: Kernel) -> Prepared:
     tracks = same.tracks
-    length, _ = hull_corners(tracks)
+    length = Corners.of(tracks).length_m
     parts: list[tuple[IntArray | None, Shapes]] = []
     for model, shapes in MODELS.items():
         rows = np.flatnonzero(tracks.model == model)
         if len(rows) == len(tracks):
-            parts = [(None, shapes(tracks))]
+            parts = [(None, shapes(tracks, kernel))]
             break
         if rows.size:
-            parts.append((rows, shapes(only(tracks, rows))))
+            parts.append((rows, shapes(only(tracks, rows), kernel)))
     margin = length.max(axis=0, initial=0.0) + tracks.position_error_m
     return Prepared(tuple(parts), tracks.model == Model.DISC, margin)
 
