@@ -115,12 +115,12 @@ class Field(Section, frozen=True):
 class Planner(Section, frozen=True):
     """How far ahead each ship's set reaches.
 
-    `"paper"`: the tube from now to the report's time plus T, for every ship.  `"clearing"`: from
-    now until the vehicle has cleared that ship's corridor at full speed, times `clearing_margin`,
-    with a pull toward the ship's stern of `astern_gain` times the repulsion.
+    `"clearing"`: from now until the vehicle has cleared that ship's corridor at full speed, times
+    `clearing_margin`, with a pull toward the ship's stern of `astern_gain` times the repulsion.
+    `"paper"`: the tube from now to the report's time plus T, for every ship: a wall in dense traffic.
     """
 
-    horizon: Literal["paper", "clearing"] = "paper"
+    horizon: Literal["paper", "clearing"] = "clearing"
     clearing_margin: Annotated[float, Meta(ge=1)] = 1.3
     astern_gain: NonNegative = 0.5
 

@@ -50,7 +50,8 @@ from companion.wire.mavlink import MavlinkDecoder
 from companion.wire.nmea2000 import Nmea2000Decoder
 
 HEARTBEAT_S = 1.0
-STATUSTEXT_REPEAT_S = 10.0
+STATUSTEXT_REPEAT_S = 30.0
+NOTE = "note."  # reasons that inform and do not degrade; told once
 MOST_STATUSTEXTS = 3  # a step never floods the link
 STEERING_WEIGHT = 0.01  # a repulsion below this share of full speed did not steer
 
@@ -94,7 +95,7 @@ class Core:
         self._hear(tick)
         own = self._own.state()
         tracks = self._tracks(now)
-        reasons = self._own.doubts(now) + self._picture.notes(now)
+        reasons = self._own.doubts(now) + self._picture.notes(now) + self._requests.notes()
         goal_m = self._goal(reasons)
         to_goal_m = None if own is None or goal_m is None else float(np.hypot(*(goal_m - own.position_m)))
         phase = self._mission.advance(
@@ -255,11 +256,14 @@ class Core:
         return [command for command in wanted if command is not None]
 
     def _texts(self, now: Instant, reasons: list[Reason]) -> list[StatusText]:
-        """New reasons for the ground station, each again only after a while."""
+        """New reasons for the ground station, doubts again after a while."""
         texts: list[StatusText] = []
         for reason in reasons:
             last = self._told.get(reason.code)
-            if len(texts) < MOST_STATUSTEXTS and (last is None or elapsed_s(last, now) > STATUSTEXT_REPEAT_S):
+            again = not reason.code.startswith(NOTE) and (
+                last is None or elapsed_s(last, now) > STATUSTEXT_REPEAT_S
+            )
+            if len(texts) < MOST_STATUSTEXTS and (last is None or again):
                 self._told[reason.code] = now
                 texts.append(StatusText(4, reason.text[:50]))
         return texts
@@ -276,4 +280,4 @@ class Core:
 def _status(verdict: Verdict, reasons: list[Reason]) -> Status:
     if verdict.velocity_ned_mps is None:
         return Status.CLOSED
-    return Status.DEGRADED if any(not r.code.startswith("note.") for r in reasons) else Status.OK
+    return Status.DEGRADED if any(not r.code.startswith(NOTE) for r in reasons) else Status.OK

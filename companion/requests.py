@@ -5,7 +5,7 @@ acknowledgement names the command, not the message: so one request is open at a 
 """
 
 from companion.instant import Instant, elapsed_s
-from companion.messages import Command, CommandAck
+from companion.messages import Command, CommandAck, Reason
 
 SET_MESSAGE_INTERVAL = 511  # MAV_CMD_SET_MESSAGE_INTERVAL
 ACCEPTED = 0  # MAV_RESULT_ACCEPTED
@@ -19,6 +19,7 @@ WANTED = (
     (30, 100_000),  # ATTITUDE
     (2, 1_000_000),  # SYSTEM_TIME
     (301, 100_000),  # AIS_VESSEL: each interval carries one vessel
+    (49, 10_000_000),  # GPS_GLOBAL_ORIGIN: where LOCAL_POSITION_NED counts from
 )
 
 
@@ -38,6 +39,13 @@ class MessageRequests:
         if ack.result != ACCEPTED:
             self.refused = (*self.refused, WANTED[self._next][0])
         self._step()
+
+    def notes(self) -> list[Reason]:
+        """The streams that were refused or never answered."""
+        if not self.refused:
+            return []
+        listed = ", ".join(str(message) for message in self.refused)
+        return [Reason("note.streams_refused", f"autopilot does not stream message {listed} on request")]
 
     def due(self, now: Instant) -> Command | None:
         """The request to send now, if one is due."""

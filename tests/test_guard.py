@@ -126,6 +126,21 @@ def test_a_frozen_planner_steering_at_a_moored_ship_stops_at_the_margin() -> Non
     assert 200.0 - 37.5 - north == pytest.approx(margin, abs=0.05)
 
 
+def test_in_water_closed_by_a_silent_ship_it_holds_instead_of_fleeing() -> None:
+    silent = tracks({"measured_at_s": -900.0, "north_m": 300.0})
+    verdict = Guard(config()).check(T0, own(), heartbeat(), silent, 1, AHEAD)
+    assert verdict.velocity_ned_mps == (0.0, 0.0, 0.0)
+    assert "guard.unknown_water" in codes(verdict)
+
+
+def test_while_it_holds_in_unknown_water_other_ships_still_push_it() -> None:
+    silent = {"measured_at_s": -900.0, "north_m": 300.0}
+    near = {"sog_mps": 0.0, "speed_noise_mps": 0.0, "heading_error_rad": 0.0, "north_m": 40.0}
+    verdict = Guard(config()).check(T0, own(), heartbeat(), tracks(silent, near), 1, AHEAD)
+    assert verdict.velocity_ned_mps is not None
+    assert verdict.velocity_ned_mps[0] < -0.5
+
+
 def test_px4_gets_zero_velocity_before_offboard_only_when_asked_for() -> None:
     waiting = heartbeat(firmware="px4", takes_setpoints=False, mode="HOLD")
     assert Guard(config()).check(T0, own(), waiting, Tracks.empty(), 1, AHEAD).velocity_ned_mps is None

@@ -129,16 +129,22 @@ class Guard:
         limit_mps = self._vehicle.max_speed_mps
         if not len(tracks):
             return _shorten(wanted, limit_mps, reasons), math.inf
-        sets = reach.tube(tracks, now, tracks.age_s(now) + self._guard.lookahead_s)
-        nearest = sets.nearest(own.position_m)
+        age_s = tracks.age_s(now)
+        nearest = reach.tube(tracks, now, age_s + self._guard.lookahead_s).nearest(own.position_m)
         room_m = nearest.distance_m - self._margin_m
         bound_mps = -self._guard.approach_rate_per_s * room_m
+        # a set that grows at top speed around us cannot be left: such water is unknown, so hold in it
+        unknown = (age_s + self._guard.lookahead_s > tracks.validity_s) & (room_m < 0)
+        if unknown.any():
+            text = f"{int(unknown.sum())} ships silent for too long can be here: holding"
+            reasons.append(Reason("guard.unknown_water", text))
+            wanted = np.zeros(2)
         # a ship whose rule even full speed straight at it satisfies cannot matter
-        binding = np.flatnonzero(bound_mps > -limit_mps)
+        binding = np.flatnonzero((bound_mps > -limit_mps) & ~unknown)
         velocity = _shorten(wanted, limit_mps, reasons)
         closest = int(np.argmin(nearest.distance_m))
         distance_m = float(nearest.distance_m[closest])
-        if distance_m < self._margin_m:
+        if distance_m < self._margin_m and not unknown[closest]:
             reasons.append(
                 Reason(
                     "guard.inside_margin",
