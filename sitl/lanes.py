@@ -21,10 +21,14 @@ from sitl.recorded import Path
 
 UNDER_WAY_MPS = 1.5
 ALIGNED_RAD = math.radians(25.0)
-CLEAR_M = 60.0  # from start and goal to any ship, while the vehicle lies there
+# from start and goal to any ship while the vehicle lies there: who has not told its size may be
+# 200 m long with its antenna anywhere (a class B 25 m), and its report may be 30 m off
+CLEAR_CLASS_A_M, CLEAR_CLASS_B_M = 300.0, 100.0
+DETOUR = 0.55  # length of the crossing over the way there is time for: waiting and going round
 SHORTEST_M = 100.0
 LONGEST_M = 1500.0
 _STEP_S = 10.0
+_STRAIGHT_SHARE = 0.6  # of the time left; the rest is for going round ships and waiting for them
 _CLASS_B_WEIGHT = 0.2
 _LANE_WITHIN_S = 3600.0
 _LANE_WEIGHT = 0.3
@@ -52,6 +56,8 @@ class _Sea:
     course_rad: FloatArray
     middle_m: FloatArray  # (n, 2) where each ship was in the middle of its record
     middle_mps: FloatArray  # (n, 2) and its velocity there
+    anyone_m: FloatArray  # (m, k, 2) the same of all ships, those at rest too
+    keep_off_m: FloatArray  # (m,) how far start and goal stay from each of them
 
 
 def propose(
@@ -63,8 +69,7 @@ def propose(
     Raises `ConfigError` when the log is too short or shows no lane.
     """
     remaining_s = log.duration_s - before_s - after_s
-    # a detour of a third must fit too
-    length = min(remaining_s * speed_mps * 0.75, LONGEST_M)
+    length = min(remaining_s * speed_mps * DETOUR, LONGEST_M)
     if length < SHORTEST_M:
         raise ConfigError(
             f"the log lasts {log.duration_s:.0f} s: too short to listen, cross a lane and surface at "
@@ -79,7 +84,9 @@ def propose(
         for k in np.flatnonzero(middle & np.isfinite(sea.position_m[i, :, 0])):
             centre, course = sea.position_m[i, k], float(sea.course_rad[i, k])
             score, passing = _passing(sea, centre, course, length, before_s)
-            if (best is None or score > best[0]) and _ends_are_clear(sea, centre, course, length):
+            if (best is None or score > best[0]) and _ends_are_clear(
+                sea, centre, course, length, before_s, crossing_s
+            ):
                 best = score, centre, course, passing
     if best is None:
         raise ConfigError("no lane: no ship under way passes open water in this log; give --start and --goal")
@@ -100,10 +107,12 @@ def _frame(log: Logbook) -> LocalFrame:
 
 def _sample(log: Logbook, frame: LocalFrame) -> _Sea:
     t_s = np.arange(0.0, log.duration_s, _STEP_S)
-    ships, states = [], []
+    ships, states, anyone, keep_off = [], [], [], []
     for ship in log.ships:
         path = Path(ship, frame)
         rows = np.array([path.at(t) if path.known(t) else (math.nan,) * 6 for t in t_s.tolist()])
+        anyone.append(rows[:, :2].copy())
+        keep_off.append(CLEAR_CLASS_A_M if ship.class_a else CLEAR_CLASS_B_M)
         rows[~(rows[:, 3] >= UNDER_WAY_MPS)] = np.nan
         if np.isfinite(rows[:, 0]).any():
             ships.append(ship)
@@ -119,6 +128,8 @@ def _sample(log: Logbook, frame: LocalFrame) -> _Sea:
         course_rad=table[..., 2],
         middle_m=np.stack((north, east), axis=-1),
         middle_mps=np.stack((speed * np.cos(course), speed * np.sin(course)), axis=-1),
+        anyone_m=np.array(anyone).reshape(len(anyone), len(t_s), 2),
+        keep_off_m=np.array(keep_off),
     )
 
 
@@ -160,11 +171,14 @@ def _leads_past(sea: _Sea, centre: FloatArray, course: float, length_m: float) -
     return leads
 
 
-def _ends_are_clear(sea: _Sea, centre: FloatArray, course: float, length_m: float) -> bool:
+def _ends_are_clear(
+    sea: _Sea, centre: FloatArray, course: float, length_m: float, before_s: float, crossing_s: float
+) -> bool:
+    """Nobody is near the start until the vehicle has left, nor near the goal from when it can be there."""
     across = np.array((-math.sin(course), math.cos(course)))
-    for side in (-0.5, 0.5):
-        end = centre + side * length_m * across
-        gap = np.hypot(*np.moveaxis(sea.position_m - end, -1, 0))
-        if np.nanmin(gap, initial=np.inf) < CLEAR_M:
+    leaving, arriving = sea.t_s <= before_s + 2 * _STEP_S, sea.t_s >= before_s + crossing_s
+    for side, while_there in ((-0.5, leaving), (0.5, arriving)):
+        offset = sea.anyone_m[:, while_there] - (centre + side * length_m * across)
+        if (np.hypot(offset[..., 0], offset[..., 1]) < sea.keep_off_m[:, None]).any():
             return False
     return True

@@ -94,6 +94,14 @@ def _gps_raw(now: Snapshot) -> mav.MAVLink_message:
     )
 
 
+def _origin(now: Snapshot) -> mav.MAVLink_message:
+    state, (north, east) = now.state, now.local_m
+    latitude, longitude = now.frame.to_geodetic(state.north_m - north, state.east_m - east)
+    return mav.MAVLink_gps_global_origin_message(
+        round(latitude * 1e7), round(longitude * 1e7), 0, now.boot_ns // _US
+    )
+
+
 def _version(_: Snapshot) -> mav.MAVLink_message:
     capabilities = (
         mav.MAV_PROTOCOL_CAPABILITY_MAVLINK2
@@ -112,6 +120,7 @@ BUILDERS: dict[int, Builder] = {
     mav.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
     mav.MAVLINK_MSG_ID_ATTITUDE: _attitude,
     mav.MAVLINK_MSG_ID_GPS_RAW_INT: _gps_raw,
+    mav.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: _origin,
     mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _version,
 }
 

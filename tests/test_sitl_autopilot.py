@@ -235,6 +235,22 @@ def test_static_data_does_not_make_an_old_position_new() -> None:
     assert sent == [(10, 230_000_001, 10), (40, 230_000_001, 40)]
 
 
+def test_messages_come_once_on_request_and_unknown_ones_are_refused() -> None:
+    autopilot = make()
+    autopilot.step(instant(0.0), AT_REST)
+    autopilot.receive(instant(0.01), command(mav.MAV_CMD_REQUEST_MESSAGE, 49.0))
+    autopilot.receive(instant(0.02), command(mav.MAV_CMD_REQUEST_MESSAGE, 12_345.0))
+    autopilot.receive(instant(0.03), command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, 30.0, -1.0))
+    out = decode(autopilot.step(instant(0.1), VehicleState(40.0, -30.0, 5.0, 0.0)))
+    acks = [m.result for m in out if m.get_type() == "COMMAND_ACK"]
+    assert acks == [mav.MAV_RESULT_ACCEPTED, mav.MAV_RESULT_FAILED, mav.MAV_RESULT_ACCEPTED]
+    (origin,) = [m for m in out if m.get_type() == "GPS_GLOBAL_ORIGIN"]
+    assert (origin.latitude, origin.longitude) == (600_000_000, 192_000_000)
+    (local,) = [m for m in out if m.get_type() == "LOCAL_POSITION_NED"]
+    assert (local.x, local.y, local.z) == (40.0, -30.0, 5.0)
+    assert "ATTITUDE" not in {m.get_type() for m in out}
+
+
 def test_mode_and_arming_commands_are_obeyed_and_acknowledged() -> None:
     autopilot = make()
     autopilot.receive(instant(1.0), command(mav.MAV_CMD_DO_SET_MODE, 1.0, 9.0))
