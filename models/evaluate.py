@@ -13,11 +13,11 @@ POINTS = 40_000
 NEAR_M = (5.0, 10.0)
 
 
-def errors(model: onnx.ModelProto, spec: Spec, points: int = POINTS) -> dict[str, float]:
+def errors(model: onnx.ModelProto, spec: Spec) -> dict[str, float]:
     """Distance, direction and magnitude errors at 5 to 10 m from the set, over the whole domain."""
     session = open_session(model.SerializeToString(), spec.name)
     rng = np.random.default_rng((spec.seed, 1))
-    rows = sampling.place(rng, sampling.ships(rng, points, spec.domain), *NEAR_M)
+    rows = sampling.place(rng, sampling.ships(rng, POINTS, spec.domain), *NEAR_M)
     distance, away, velocity = session.run(OUTPUTS, {INPUT: rows})
     true_distance, true_away = sampling.exact(rows)
     near = (true_distance >= NEAR_M[0] - 0.1) & (true_distance <= NEAR_M[1] + 0.1)
@@ -28,6 +28,7 @@ def errors(model: onnx.ModelProto, spec: Spec, points: int = POINTS) -> dict[str
     return {
         "points": float(near.sum()),
         "unsafe_points": float((under < 0).sum()),
+        "unsafe_max_m": max(-float(under.min()), 0.0),
         **percentiles("distance_under_m", under),
         **percentiles("direction_deg", turned),
         **percentiles("magnitude_relative", relative),

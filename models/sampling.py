@@ -56,23 +56,26 @@ def ships(rng: np.random.Generator, n: int, domain: dict[str, tuple[float, float
     unit = np.where(at_an_end, np.round(unit), unit)
     rows: FloatArray = low + unit * (high - low)
     column = {name: i for i, name in enumerate(COLUMNS)}
-    near_course = rng.uniform(size=n) < 0.7
-    drift = rng.normal(scale=0.1, size=n)
-    rows[:, column["heading_rad"]] = np.where(
-        near_course, rows[:, column["course_rad"]] + drift, rows[:, column["heading_rad"]]
-    ).clip(low[8], high[8])
-    is_known = rng.uniform(size=n) < 0.8
-    rows[:, column["heading_error_rad"]] = np.where(is_known, rows[:, column["heading_error_rad"]], np.pi)
-    rows[:, column["speed_noise_mps"]] = np.minimum(
-        rows[:, column["speed_noise_mps"]], rows[:, column["speed_mps"]]
-    )
-    small = np.where(rng.uniform(size=n) < 0.7, 0.3, 1.0)
-    rows[:, column["bow_m"] : column["position_error_m"] + 1] *= small[:, None]
+    heading, error = column["heading_rad"], column["heading_error_rad"]
+    hull = slice(column["bow_m"], column["position_error_m"] + 1)
+    if low[error] == high[error]:  # one heading error: the paper's ships, which head as they go
+        rows[:, heading] = rows[:, column["course_rad"]]
+    else:
+        near_course = rows[:, column["course_rad"]] + rng.normal(scale=0.1, size=n)
+        is_near = rng.uniform(size=n) < 0.7
+        rows[:, heading] = np.where(is_near, near_course, rows[:, heading]).clip(low[heading], high[heading])
+        rows[:, error] = np.where(rng.uniform(size=n) < 0.8, rows[:, error], np.pi)
+    small = np.where(rng.uniform(size=n) < 0.7, 0.3, 1.0)[:, None]
+    rows[:, hull] = low[hull] + small * (rows[:, hull] - low[hull])
+    speed, noise = column["speed_mps"], column["speed_noise_mps"]
+    rows[:, noise] = np.minimum(rows[:, noise], rows[:, speed])
     rows[:, column["age_s"]] = np.round(rows[:, column["age_s"]], 6)
     return rows
 
 
-def place(rng: np.random.Generator, rows: FloatArray, low_m: float, high_m: float) -> FloatArray:
+def place(
+    rng: np.random.Generator, rows: FloatArray, low_m: float, high_m: float, *, logarithmic: bool = False
+) -> FloatArray:
     """The same ships with the vehicle put `low_m` to `high_m` from the tube, everywhere around it."""
     rows = rows.copy()
     n = len(rows)
@@ -83,6 +86,10 @@ def place(rng: np.random.Generator, rows: FloatArray, low_m: float, high_m: floa
     cos, sin = np.cos(rows[:, 2]), np.sin(rows[:, 2])
     rows[:, 0], rows[:, 1] = along * cos - across * sin, along * sin + across * cos
     distance, away = exact(rows)
-    step = rng.uniform(low_m, high_m, n) - distance
+    if logarithmic:
+        wanted = np.exp(rng.uniform(np.log(low_m), np.log(high_m), n))
+    else:
+        wanted = rng.uniform(low_m, high_m, n)
+    step = wanted - distance
     rows[:, :2] += step[:, None] * away
     return rows

@@ -5,7 +5,6 @@ support in direction b is cos(max(|b| - w, 0)); without noise it is cos b.  The 
 difference N(w), one value for each grid direction in [0, pi]; the other side is its mirror image.
 """
 
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -13,48 +12,51 @@ import torch
 from torch import nn
 
 from companion.messages import FloatArray
-from models.spec import Network
-from models.support_graph import Layers, grid_angles
+from models.bounds import teacher
+from models.checkpoint import Checkpoint
+from models.loop import Progress, descend
+from models.spec import SupportSpec
+from models.support_graph import Layers
 
 
-def true_corrections(course_noise_rad: FloatArray, grid: int) -> FloatArray:
-    """(..., K/2 + 1) the teacher: N for noises (...)."""
-    angles = grid_angles(grid)[: grid // 2 + 1]
-    return np.cos(np.maximum(angles - course_noise_rad[..., None], 0.0)) - np.cos(angles)
-
-
-def train(
-    spec: Network, course_noise_max_rad: float, seed: int, progress: Callable[[int, float], None]
-) -> Layers:
+def train(spec: SupportSpec, checkpoint: Checkpoint | None, progress: Progress) -> Layers:
     """Adam on all layers, then the last one by least squares; the same seed gives the same layers."""
-    rng = np.random.default_rng(seed)
-    torch.manual_seed(seed)
-    sizes = (1, *spec.hidden, spec.grid // 2 + 1)
+    network, widest = spec.network, spec.course_noise_max_rad
+    torch.manual_seed(spec.seed)
+    sizes = (1, *network.hidden, network.grid // 2 + 1)
     linear = [nn.Linear(a, b, dtype=torch.float64) for a, b in pairwise(sizes)]
     body = nn.Sequential(*(part for layer in linear[:-1] for part in (layer, nn.Tanh())))
+    whole = nn.Sequential(body, linear[-1])
 
     def batch(noise: FloatArray) -> tuple[torch.Tensor, torch.Tensor]:
-        scaled = 2 * noise[:, None] / course_noise_max_rad - 1
-        return torch.from_numpy(scaled), torch.from_numpy(true_corrections(noise, spec.grid))
+        return torch.from_numpy(2 * noise[:, None] / widest - 1), torch.from_numpy(
+            teacher(noise, network.grid)
+        )
 
-    optimizer = torch.optim.Adam([p for layer in linear for p in layer.parameters()], spec.adam_rate)
-    for step in range(spec.adam_steps):
-        scaled, target = batch(rng.uniform(0, course_noise_max_rad, spec.samples))
-        loss = ((linear[-1](body(scaled)) - target) / course_noise_max_rad).square().mean()
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-        progress(step + 1, float(loss.detach()))
+    def loss_on(rng: np.random.Generator) -> torch.Tensor:
+        scaled, target = batch(rng.uniform(0, widest, network.samples))
+        loss: torch.Tensor = ((whole(scaled) - target) / widest).square().mean()
+        return loss
 
+    descend(
+        whole,
+        loss_on,
+        steps=network.adam_steps,
+        rate=network.adam_rate,
+        decay=False,
+        seed=spec.seed,
+        checkpoint=checkpoint,
+        progress=progress,
+    )
     with torch.no_grad():
         for layer in linear[:-1]:  # round before the last layer is fitted to what the others give
             layer.weight.copy_(layer.weight.float())
             layer.bias.copy_(layer.bias.float())
-        nodes = np.cos(np.linspace(0, np.pi, 4 * spec.samples))  # denser at the range's ends
-        scaled, target = batch((nodes + 1) / 2 * course_noise_max_rad)
+        nodes = np.cos(np.linspace(0, np.pi, 4 * network.samples))  # denser at the range's ends
+        scaled, target = batch((nodes + 1) / 2 * widest)
         features = torch.cat([body(scaled), torch.ones_like(scaled)], dim=1)
         gram = features.T @ features / len(features)
-        gram += spec.ridge * torch.eye(len(gram), dtype=torch.float64)
+        gram += network.ridge * torch.eye(len(gram), dtype=torch.float64)
         fitted = torch.linalg.solve(gram, features.T @ target / len(features))
         weights = [layer.weight.T.numpy().copy() for layer in linear[:-1]] + [fitted[:-1].numpy()]
         biases = [layer.bias.numpy().copy() for layer in linear[:-1]] + [fitted[-1].numpy()]

@@ -2,7 +2,7 @@
 
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta, Struct
@@ -13,6 +13,7 @@ from companion.planning.rows import COLUMNS
 
 Range = tuple[float, float]
 Positive = Annotated[float, Meta(gt=0)]
+Count = Annotated[int, Meta(gt=0)]
 
 
 class Field(Struct, frozen=True, forbid_unknown_fields=True):
@@ -23,15 +24,28 @@ class Field(Struct, frozen=True, forbid_unknown_fields=True):
     horizon_s: Positive
 
 
-class Network(Struct, frozen=True, forbid_unknown_fields=True):
-    """Size and training of the learned part."""
+class SupportNetwork(Struct, frozen=True, forbid_unknown_fields=True):
+    """Size and training of a learned support function."""
 
     grid: Annotated[int, Meta(ge=8, multiple_of=4)]
-    hidden: tuple[int, ...]
-    adam_steps: int
+    hidden: tuple[Count, ...]
+    adam_steps: Count
     adam_rate: Positive
-    samples: int
+    samples: Count
     ridge: Positive
+
+
+class GradientNetwork(Struct, frozen=True, forbid_unknown_fields=True):
+    """Size and training of a network on the gradient itself, as the paper's."""
+
+    layers: Count
+    width: Count
+    steps: Count
+    batch: Count
+    rate: Positive
+    near_m: Positive  # training points lie log-uniformly from here ...
+    far_m: Positive  # ... to here off the set
+    floor: Positive  # forces are learned on the scale log(1 + force / floor)
 
 
 class Rounding(Struct, frozen=True, forbid_unknown_fields=True):
@@ -42,39 +56,54 @@ class Rounding(Struct, frozen=True, forbid_unknown_fields=True):
     margin_relative: Positive
 
 
-class Spec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The whole file."""
-
+class _Model(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="kind"):
     name: str
-    kind: Literal["support"]
     seed: int
+    about: str
     field: Field
-    network: Network
-    rounding: Rounding
     domain: dict[str, Range]
 
     def __post_init__(self) -> None:
         if tuple(self.domain) != COLUMNS:
             raise ValueError(f"domain must name exactly these columns, in order: {', '.join(COLUMNS)}")
 
-    @property
-    def course_noise_max_rad(self) -> float:
-        """The widest course noise the network learns."""
-        return self.domain["course_noise_rad"][1]
-
     def inputs(self) -> tuple[Input, ...]:
         """The columns with unit and frame, as the metadata state them."""
         return tuple(Input(name, _unit(name), _frame(name), *self.domain[name]) for name in COLUMNS)
 
 
+class SupportSpec(_Model, frozen=True, kw_only=True, tag="support"):
+    """A network that learns the support function."""
+
+    network: SupportNetwork
+    rounding: Rounding
+
+    @property
+    def course_noise_max_rad(self) -> float:
+        """The widest course noise the network learns."""
+        return self.domain["course_noise_rad"][1]
+
+
+class GradientSpec(_Model, frozen=True, kw_only=True, tag="gradient"):
+    """A network that learns the gradient."""
+
+    network: GradientNetwork
+
+
+Spec = SupportSpec | GradientSpec
+
+
 def load(path: Path) -> Spec:
     """Read and validate; raises `ConfigError` naming the key."""
     try:
-        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), Spec)
+        spec: Spec = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), Spec)
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}; give an existing models/NAME.toml") from None
     except (tomllib.TOMLDecodeError, msgspec.ValidationError, ValueError) as error:
         raise ConfigError(f"{path}: {error}") from None
+    if spec.name != path.stem:
+        raise ConfigError(f"{path}: name = '{spec.name}' must be the file's own, '{path.stem}'")
+    return spec
 
 
 def _unit(name: str) -> str:

@@ -1,4 +1,8 @@
-"""From a model's TOML file to its ONNX file: `companion train models/NAME.toml`."""
+"""From a model's TOML file to its ONNX file: `companion train models/NAME.toml`.
+
+Trains, measures, exports, certifies what can be certified, and writes the model card with its
+pictures.  The same file gives the same weights; a training that was interrupted goes on.
+"""
 
 import platform
 from collections.abc import Callable
@@ -10,80 +14,103 @@ import torch
 
 from companion.planning.field import SINGULAR_GAP_M
 from companion.planning.model_file import METADATA_KEY, SCHEMA, UNKNOWN_HEADING_RAD, Metadata
-from models import evaluate, shape
-from models.bounds import Enclosure, enclose
-from models.spec import Spec, load
-from models.support_graph import Constants, Layers, build
+from models import card, certify, evaluate, gradient, gradient_graph, shape, spec, support_graph
+from models.bounds import enclose
+from models.checkpoint import Checkpoint
+from models.loop import Progress
 
-CELL_WIDTH = 1e-7  # how tightly the learned support is enclosed, per metre of reach
+Build = Callable[[dict[str, str]], onnx.ModelProto]
+OUTPUTS = {
+    "distance_m": "(n,) m, to the reachable tube, negative inside",
+    "away": "(n, 2) unit vector, local north-east, from the tube to the vehicle",
+    "repulsion": "(n, 2) m/s, K_r / (d - delta)^3 * away, eq. (8)",
+}
 
-Progress = Callable[[str, float], None]
+
+def silent(stage: str, done: float, word: str) -> None:
+    """Progress nobody watches."""
+    del stage, done, word
 
 
-def _silent(stage: str, done: float) -> None:
-    del stage, done
-
-
-def run(path: Path, progress: Progress = _silent) -> Path:
-    """Train, prove, export and measure the model of one TOML file; returns the ONNX file's path."""
-    spec = load(path)
+def run(path: Path, progress: Progress = silent) -> Path:
+    """Make the ONNX file, certificate and card beside the TOML file; returns the ONNX file's path."""
+    path = Path(path)
+    settings = spec.load(path)
     torch.set_num_threads(1)
-    steps = spec.network.adam_steps
-    learned = shape.train(
-        spec.network, spec.course_noise_max_rad, spec.seed, lambda step, _: progress("train", step / steps)
-    )
-    progress("certify", 0.0)
-    raw = enclose(learned, spec.network.grid, spec.course_noise_max_rad, CELL_WIDTH)
-    layers = shape.raised(learned, np.maximum(-raw.low, 0.0) + spec.rounding.shape)
-    proven = enclose(layers, spec.network.grid, spec.course_noise_max_rad, CELL_WIDTH)
-    progress("evaluate", 0.0)
-    error = evaluate.errors(export(spec, layers, proven, {}), spec)
-    model = export(spec, layers, proven, error)
+    checkpoint = Checkpoint(path)
+    if isinstance(settings, spec.SupportSpec):
+        export = _support(settings, checkpoint, progress)
+    else:
+        export = _gradient(settings, checkpoint, progress)
+    progress("evaluate", 0.0, "")
+    error = evaluate.errors(export({}), settings)
     target = path.with_suffix(".onnx")
-    target.write_bytes(model.SerializeToString(deterministic=True))
-    progress("done", 1.0)
+    target.write_bytes(export(error).SerializeToString(deterministic=True))
+    if isinstance(settings, spec.SupportSpec):
+        progress("certify", 0.0, f"distance p99 {error['distance_under_m_p99']:.3f} m")
+        certify.run(target)
+    progress("card", 0.0, "")
+    card.write(target, settings)
+    checkpoint.clear()
+    progress("done", 1.0, f"{target}")
     return target
 
 
-def export(spec: Spec, layers: Layers, proven: Enclosure, error: dict[str, float]) -> onnx.ModelProto:
-    """The ONNX model with its metadata inside."""
-    constants = Constants(
-        delta_m=spec.field.delta_m,
-        k_r=spec.field.k_r,
+def _support(settings: spec.SupportSpec, checkpoint: Checkpoint, progress: Progress) -> "_Export":
+    learned = shape.train(settings, checkpoint, progress)
+    network, widest = settings.network, settings.course_noise_max_rad
+    raw = enclose(learned, network.grid, widest, certify.CELL_WIDTH)
+    layers = shape.raised(learned, np.maximum(-raw.low, 0.0) + settings.rounding.shape)
+    constants = support_graph.Constants(
+        delta_m=settings.field.delta_m,
+        k_r=settings.field.k_r,
         singular_gap_m=SINGULAR_GAP_M,
-        grid=spec.network.grid,
-        course_noise_max_rad=spec.course_noise_max_rad,
+        grid=network.grid,
+        course_noise_max_rad=widest,
         unknown_heading_rad=UNKNOWN_HEADING_RAD,
-        margin_m=spec.rounding.margin_m,
-        margin_relative=spec.rounding.margin_relative,
+        margin_m=settings.rounding.margin_m,
+        margin_relative=settings.rounding.margin_relative,
     )
-    metadata = Metadata(
-        schema=SCHEMA,
-        name=spec.name,
-        kind=spec.kind,
-        inputs=spec.inputs(),
-        outputs={
-            "distance_m": "(n,) m, to the reachable tube, negative inside",
-            "away": "(n, 2) unit vector, local north-east, from the tube to the vehicle",
-            "repulsion": "(n, 2) m/s, K_r / (d - delta)^3 * away, eq. (8)",
-        },
-        output_sign="repulsion = -grad U_rep, away from the ship",
-        delta_m=spec.field.delta_m,
-        horizon_s=spec.field.horizon_s,
-        k_r=spec.field.k_r,
-        singular_gap_m=SINGULAR_GAP_M,
-        conservative=bool(proven.low.min() >= 0),
-        training_seed=spec.seed,
-        error=error
-        | {
-            "support_low_per_metre_of_reach": float(proven.low.min()),
-            "support_high_per_metre_of_reach": float(proven.high.max()),
-        },
-        software={
-            "torch": str(torch.__version__),
-            "onnx": onnx.__version__,
-            "numpy": np.__version__,
-            "python": platform.python_version(),
-        },
+    return _Export(settings, lambda metadata: support_graph.build(layers, constants, metadata))
+
+
+def _gradient(settings: spec.GradientSpec, checkpoint: Checkpoint, progress: Progress) -> "_Export":
+    dense = gradient.train(settings, checkpoint, progress)
+    field, floor = settings.field, settings.network.floor
+    return _Export(
+        settings,
+        lambda metadata: gradient_graph.build(dense, field.delta_m, field.k_r, floor, metadata),
     )
-    return build(layers, constants, {METADATA_KEY: metadata.encode()})
+
+
+class _Export:
+    """Builds the ONNX model around the metadata, once the errors are known."""
+
+    def __init__(self, settings: spec.Spec, build: Build) -> None:
+        self._settings = settings
+        self._build = build
+
+    def __call__(self, error: dict[str, float]) -> onnx.ModelProto:
+        settings = self._settings
+        metadata = Metadata(
+            schema=SCHEMA,
+            name=settings.name,
+            kind="support" if isinstance(settings, spec.SupportSpec) else "gradient",
+            inputs=settings.inputs(),
+            outputs=OUTPUTS,
+            output_sign="repulsion = -grad U_rep, away from the ship",
+            delta_m=settings.field.delta_m,
+            horizon_s=settings.field.horizon_s,
+            k_r=settings.field.k_r,
+            singular_gap_m=SINGULAR_GAP_M,
+            conservative=isinstance(settings, spec.SupportSpec),
+            training_seed=settings.seed,
+            error=error,
+            software={
+                "torch": str(torch.__version__),
+                "onnx": onnx.__version__,
+                "numpy": np.__version__,
+                "python": platform.python_version(),
+            },
+        )
+        return self._build({METADATA_KEY: metadata.encode()})

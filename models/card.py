@@ -1,0 +1,204 @@
+"""The model card: NAME.md beside the ONNX file, with two pictures measured from the file itself."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from companion.errors import ModelError
+from companion.messages import FloatArray
+from companion.planning import certificate
+from companion.planning.model_file import METADATA_KEY, Metadata, decode_metadata
+from companion.planning.network import INPUT, OUTPUTS, open_session
+from companion.planning.onnx_weights import metadata_text
+from models import sampling
+from models.evaluate import degrees_between
+from models.spec import Spec
+
+WHAT_IS_LEARNED = """
+## What is learned, and what is not
+
+The distance to a convex set is the greatest, over unit directions n, of n . p - h(n), h the set's
+support function. The network learns h for fixed directions in the ship's course frame. Scale needs
+no learning: a ship's velocities fill one shape, set by the course noise alone, that grows with the
+reach; so the learned part maps the course noise to one correction per direction, and the graph
+multiplies it by the reach. Hull, heading error and position error enter the sum in closed form; the
+flanks, the front arc and the hull's edges get directions of their own, computed in the graph.
+
+Said plainly: for this ship the exact set has a closed form too and costs less than the network. The
+network is the paper's method made safe, and the pattern for models whose sets are not cheap.
+"""
+BINS_M = np.geomspace(0.5, 2000.0, 13)
+PER_BIN = 3000
+
+
+def write(model: Path, settings: Spec) -> Path:
+    """Measure and write the card; returns its path."""
+    content = model.read_bytes()
+    metadata = decode_metadata(metadata_text(content, METADATA_KEY), str(model))
+    with mpl.rc_context({"svg.hashsalt": settings.name, "font.size": 9}):
+        _picture_errors(model, settings)
+        _picture_field(model, metadata)
+    card = model.with_suffix(".md")
+    card.write_text(_text(model, metadata, settings), encoding="utf-8")
+    return card
+
+
+def _answers(model: Path, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    session = open_session(model.read_bytes(), str(model))
+    distance, away, velocity = session.run(OUTPUTS, {INPUT: rows})
+    return distance, away, velocity
+
+
+def _picture_errors(model: Path, settings: Spec) -> None:
+    """Error of distance and direction against the true distance."""
+    figure = Figure(figsize=(8, 3.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    rng = np.random.default_rng((settings.seed, 2))
+    middle, under, over, turned = [], [], [], []
+    for low, high in pairwise(BINS_M):
+        rows = sampling.place(rng, sampling.ships(rng, PER_BIN, settings.domain), low, high)
+        distance, away, _ = _answers(model, rows)
+        true_distance, true_away = sampling.exact(rows)
+        middle.append(np.sqrt(low * high))
+        error = true_distance - distance
+        under.append(np.percentile(error, [50, 99]))
+        over.append(max(-float(error.min()), 0.0))
+        turned.append(np.percentile(degrees_between(away, true_away), [50, 99]))
+    for axes, values, label in (
+        (left, np.array(under), "true minus learned distance, m"),
+        (right, np.array(turned), "direction error, degrees"),
+    ):
+        axes.plot(middle, np.maximum(values[:, 0], 1e-4), marker="o", ms=3, label="median")
+        axes.plot(middle, np.maximum(values[:, 1], 1e-4), marker="s", ms=3, label="99 of 100")
+        axes.set(xscale="log", yscale="log", xlabel="distance from the set, m", ylabel=label)
+        axes.grid(alpha=0.3)
+    if max(over) > 0:
+        left.plot(middle, np.maximum(over, 1e-4), color="tab:red", marker="x", label="worst unsafe")
+    left.legend()
+    figure.savefig(model.with_name(f"{model.stem}_error.png"), dpi=110, metadata={"Software": None})
+
+
+def _picture_field(model: Path, metadata: Metadata) -> None:
+    """Repulsion around one set, exact beside learned, on a logarithmic scale."""
+    row = _typical(metadata)
+    reach = max(row[4], row[5]) * (row[3] + row[6])
+    margin = 0.18 * reach + 3 * (row[10] + row[12]) + 2 * metadata.delta_m
+    rows, _, _ = _over(row, -margin, reach + margin, 34, 0.6 * margin, 21)
+    x, y = rows[:, 0], rows[:, 1]
+    true_distance, true_away = sampling.exact(rows)
+    gap = np.maximum(true_distance - metadata.delta_m, metadata.singular_gap_m)
+    exact = metadata.k_r / gap[:, None] ** 3 * true_away
+    _, _, learned = _answers(model, rows)
+    fine, along, across = _over(row, -margin, reach + margin, 200, 0.6 * margin, 100)
+    outline = sampling.exact(fine)[0].reshape(len(across), len(along))
+    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    for axes, force, title in zip(figure.subplots(1, 2, sharey=True), (exact, learned), ("exact", "learned"),
+                                  strict=True):  # fmt: skip
+        strength = np.hypot(force[:, 0], force[:, 1])
+        outside = true_distance > 0
+        unit = force / strength[:, None]
+        drawn = axes.quiver(
+            x[outside], y[outside], unit[outside, 0], unit[outside, 1], np.log10(strength[outside]),
+            cmap="viridis", angles="xy", scale=38, width=0.003,
+        )  # fmt: skip
+        axes.contour(
+            along, across, outline, levels=[0.0, metadata.delta_m], colors=["tab:red", "tab:orange"],
+            linewidths=1.0,
+        )  # fmt: skip
+        axes.set(title=title, xlabel="along the course, m", aspect="auto")
+    figure.axes[0].set_ylabel("to starboard, m")
+    figure.colorbar(drawn, ax=figure.axes, label="log10 of the force, m/s")
+    figure.savefig(model.with_name(f"{model.stem}_field.png"), dpi=90, metadata={"Software": None})
+
+
+def _over(
+    row: FloatArray, first: float, last: float, columns: int, half: float, lines: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rows of one ship on a northerly course with the vehicle on a grid; the grid's two axes."""
+    along, across = np.linspace(first, last, columns), np.linspace(-half, half, lines)
+    rows = np.repeat(row[None], columns * lines, axis=0)
+    x, y = np.meshgrid(along, across)
+    rows[:, 0], rows[:, 1] = x.ravel(), y.ravel()
+    return rows, along, across
+
+
+def _typical(metadata: Metadata) -> FloatArray:
+    """The paper's ship half-way through its silence, as near as the ranges allow."""
+    horizon = min(metadata.horizon_s, 600.0)
+    wanted = {
+        "speed_mps": 5.0, "age_s": 0.5 * horizon, "until_age_s": horizon,
+        "speed_noise_mps": 0.05, "course_noise_rad": 0.01, "heading_error_rad": 0.01,
+        "bow_m": 37.5, "stern_m": 37.5, "port_m": 12.5, "starboard_m": 12.5,
+    }  # fmt: skip
+    row = [min(max(wanted.get(i.name, 0.0), i.low), i.high) for i in metadata.inputs]
+    return np.array(row)
+
+
+def _text(model: Path, metadata: Metadata, settings: Spec) -> str:
+    name = metadata.name
+    software = ", ".join(f"{part} {version}" for part, version in metadata.software.items())
+    return f"""# {name}
+
+{settings.about}
+
+Made by `companion train models/{name}.toml`: seed {metadata.training_seed}, {software}.
+{WHAT_IS_LEARNED if metadata.kind == "support" else ""}
+## Against the exact field
+
+Through onnxruntime, 5 to 10 m from the set, over the whole domain of the inputs below.
+
+{_errors(metadata.error)}
+
+![errors]({name}_error.png)
+
+![field]({name}_field.png)
+
+## Certificate
+
+{_certificate(model)}
+
+## Inputs
+
+`contacts` (n, {len(metadata.inputs)}) float64, one row per contact:
+
+| column | unit | from | to | frame |
+| --- | --- | --- | --- | --- |
+{chr(10).join(f"| {i.name} | {i.unit} | {i.low:g} | {i.high:g} | {i.frame} |" for i in metadata.inputs)}
+
+Fixed inside: delta = {metadata.delta_m:g} m, K_r = {metadata.k_r:g}, T up to {metadata.horizon_s:g} s.
+Sign: {metadata.output_sign}.
+"""
+
+
+def _errors(error: dict[str, float]) -> str:
+    lines = ["| | p50 | p95 | p99 | greatest |", "| --- | --- | --- | --- | --- |"]
+    for key, label, factor in (
+        ("distance_under_m", "true minus learned distance, m", 1.0),
+        ("direction_deg", "direction, degrees", 1.0),
+        ("magnitude_relative", "magnitude, percent", 100.0),
+    ):
+        values = " | ".join(f"{factor * error[f'{key}_{p}']:.3g}" for p in ("p50", "p95", "p99", "max"))
+        lines.append(f"| {label} | {values} |")
+    unsafe = (
+        f"{error['unsafe_points']:.0f} of {error['points']:.0f}, the worst by {error['unsafe_max_m']:.3g} m"
+    )
+    return "\n".join([*lines, "", f"Unsafe points (more distance claimed than there is): {unsafe}."])
+
+
+def _certificate(model: Path) -> str:
+    try:
+        held = certificate.check(model)
+    except ModelError:
+        return "None: nothing is proven about this network."
+    rows = "\n".join(f"| {where} | {eps:.4f} |" for where, eps in held.eps_m.items())
+    return f"""{held.property}.
+
+| domain | eps, m |
+| --- | --- |
+{rows}
+
+Conditions: {"; ".join(held.conditions)}. Method: {held.method} ({held.cells} cells); proven again by
+another method, without torch, by `companion certify --check {held.model}`. Rounding: {held.rounding}."""
