@@ -29,8 +29,12 @@ class ArcSets:
         r1, r2 = np.broadcast_to(self.r1_m[contact], many), np.broadcast_to(self.r2_m[contact], many)
         return self.kernel(self.arcs.only(contact), r1, r2, north_m, east_m)
 
-    def support(self, angle_rad: FloatArray) -> FloatArray:
-        """(n, k) support in the directions (k,)."""
+    def support(self, angle_rad: FloatArray, contact: int | None = None) -> FloatArray:
+        """(n, k) support in the directions (k,); (1, k) for one contact."""
+        if contact is not None:
+            one = slice(contact, contact + 1)
+            alone = ArcSets(self.arcs.only(contact), self.r1_m[one], self.r2_m[one], self.kernel)
+            return alone.support(angle_rad)
         n_north, n_east = self.arcs.north[:, :, None], self.arcs.east[:, :, None]
         cos, sin = np.cos(angle_rad), np.sin(angle_rad)
         along = n_north * cos + n_east * sin  # cosine and sine of the angle past each breakpoint

@@ -24,8 +24,8 @@ class Sets(Protocol):
         """
         ...
 
-    def support(self, angle_rad: FloatArray) -> FloatArray:
-        """(n, k) support in the directions (k,), angles from north."""
+    def support(self, angle_rad: FloatArray, contact: int | None = None) -> FloatArray:
+        """(n, k) support in the directions (k,), angles from north; (1, k) for one contact."""
         ...
 
 

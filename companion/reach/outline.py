@@ -1,4 +1,4 @@
-"""Polygons for drawing, from support functions: corners of tangents, so that they contain the set."""
+"""Polygons for drawing, from nothing but a support function."""
 
 from collections.abc import Callable
 
@@ -6,17 +6,24 @@ import numpy as np
 
 from companion.messages import FloatArray
 
-POINTS = 180
+POINTS = 360
+STEP_RAD = 1e-5  # between the two tangents whose crossing is the boundary point
+APART_M = 1e-4
 
 
-def polygon_around(support: Callable[[FloatArray], FloatArray], i: int) -> FloatArray:
-    """(POINTS + 1, 2) closed polygon around set i of a support function (k, 2) -> (n, k)."""
-    angle = np.linspace(-np.pi, np.pi, POINTS, endpoint=False)
-    normal = np.column_stack((np.cos(angle), np.sin(angle)))
-    h = support(normal)[i]
-    following, h_next = np.roll(normal, -1, axis=0), np.roll(h, -1)
-    det = np.sin(2 * np.pi / POINTS)
-    north = (h * following[:, 1] - h_next * normal[:, 1]) / det
-    east = (h_next * normal[:, 0] - h * following[:, 0]) / det
+def polygon_around(support: Callable[[FloatArray], FloatArray], north_m: float, east_m: float) -> FloatArray:
+    """(m, 2) closed convex polygon whose corners lie on the boundary of the set.
+
+    `support` maps angles (k,) to the support around (`north_m`, `east_m`).  Arcs become chords of a
+    degree: 4e-5 of their radius inside.
+    """
+    angle = np.linspace(0, 2 * np.pi, POINTS, endpoint=False)
+    second = angle + STEP_RAD
+    h, h_next = support(angle), support(second)
+    north = (h * np.sin(second) - h_next * np.sin(angle)) / np.sin(STEP_RAD)
+    east = (h_next * np.cos(angle) - h * np.cos(second)) / np.sin(STEP_RAD)
     corners = np.column_stack((north, east))
-    return np.vstack((corners, corners[:1]))
+    # one corner of the set has many tangents: keep it once
+    apart = np.hypot(*(corners - np.roll(corners, 1, axis=0)).T) > APART_M
+    kept = corners[apart] if apart.any() else corners[:1]
+    return np.vstack((kept, kept[:1])) + np.array((north_m, east_m))

@@ -78,8 +78,19 @@ class ReachableSets:
         return reach + np.outer(self.north_m, directions[:, 0]) + np.outer(self.east_m, directions[:, 1])
 
     def outline(self, i: int) -> FloatArray:
-        """(m, 2) closed convex polygon around set i, for drawing; it contains the set."""
-        return polygon_around(self.support, i)
+        """(m, 2) closed polygon with its corners on the boundary of set i, for drawing."""
+        return polygon_around(lambda angle: self._support_of(i, angle), self.north_m[i], self.east_m[i])
+
+    def _support_of(self, i: int, angle: FloatArray) -> FloatArray:
+        """(k,) support of contact i around its reported position."""
+        if self.is_disc is None or not self.is_disc[i]:
+            for rows, sets in self.parts:
+                if rows is None or i in rows:
+                    own: FloatArray = sets.support(
+                        angle, i if rows is None else int(np.searchsorted(rows, i))
+                    )[0]
+                    return own
+        return np.full(len(angle), self.disc_m[i])
 
     def _distances(self, north: FloatArray, east: FloatArray) -> Distances:
         if len(self.parts) == 1 and self.parts[0][0] is None:
