@@ -32,6 +32,7 @@ def tracks_of(rows: FloatArray) -> Tracks:
         course_noise_rad=column["course_noise_rad"],
         heading_error_rad=column["heading_error_rad"],
         disc_speed_mps=np.full(n, 30.0),
+        top_speed_mps=np.full(n, 30.0),
         validity_s=np.full(n, np.inf),
         model=np.full(n, int(Model.STRAIGHT), dtype=np.int64),
     )

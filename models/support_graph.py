@@ -6,8 +6,8 @@ The set is the Minkowski sum of motion, hull and position error, so h_k is the s
 supports.  Motion: the sector of velocities has one shape for all ships but for the course noise w,
 so h_k = A (cos b_k + N_k(w)) where A is the far reach, until * (v + w_v), and b_k the direction
 from the course; N is the learned network, one correction per grid direction.  Hull and position
-error have closed forms.  Seven more directions follow the contact: both flanks (90 degrees + w from
-the course, where h = 0), the ray that meets the front arc, and the four edges of the turned hull.
+error have closed forms.  Eleven more directions follow the contact: both flanks (90 degrees + w from
+the course, where h = 0), the ray that meets the front arc, the edges and corners of the turned hull.
 
 Each direction alone bounds the distance from below, so nothing but N >= truth is needed for "never
 claims more distance than there is".  Between two grid directions the bound is sharpened by
@@ -28,7 +28,8 @@ from companion.planning.rows import COLUMNS
 from models.onnx_graph import GraphBuilder
 
 TINY = 1e-6
-DYNAMIC = 7  # directions that follow the contact
+LEAST_SINE = 2e-3  # directions nearer than this are one: float32 cannot tell where their lines meet
+DYNAMIC = 11  # directions that follow the contact
 CORNERS = (("bow_m", "starboard_m"), ("stern_m", "starboard_m"), ("stern_m", "port_m"), ("bow_m", "port_m"))
 
 # Everything linear in a row is one product: angles first, then lengths, speeds and times.
@@ -231,7 +232,7 @@ class _SupportGraph:
         return tensor
 
     def dynamic_direction(self) -> tuple[str, str]:
-        """Slack and direction (n, 2) of the best of the seven that follow the contact."""
+        """Slack and direction (n, 2) of the best of those that follow the contact."""
         g, n = self.g, DYNAMIC
         cos, sin = self.cos_noise, self.sin_noise
         edge_x, edge_y = self._edges()
@@ -271,27 +272,54 @@ class _SupportGraph:
         return slope(g.op("Sub", self.vehicle, foremost))
 
     def _edges(self) -> tuple[str, str]:
-        """(n, 4) x and y of the outward normals of the hull between one corner's arc and the next."""
+        """(n, 8) x and y of outward normals: the four edges of the turned hull and its four corners'."""
         g = self.g
-        normal = np.zeros((4, 3, 2, 8))
+        normal = np.zeros((4, 3, 2, 2, 8))
         for i in range(4):
-            following = (i + 1) % 4
-            normal[following, 0, 1, i], normal[i, 2, 1, i] = 1.0, -1.0  # x = dy
-            normal[following, 0, 0, 4 + i], normal[i, 2, 0, 4 + i] = -1.0, 1.0  # y = -dx
+            following = (i + 1) % 4  # an edge runs from here, turned by +error, to there, by -error
+            normal[following, 0, 1, 0, i], normal[i, 2, 1, 0, i] = 1.0, -1.0  # x = dy
+            normal[following, 0, 0, 1, i], normal[i, 2, 0, 1, i] = -1.0, 1.0  # y = -dx
+            normal[i, 1, 0, 0, 4 + i] = normal[i, 1, 1, 1, 4 + i] = 1.0  # the middle of a corner's arc
         flat = g.op("Reshape", self.hull, g.index([-1, 24]))
-        both = g.op("MatMul", flat, g.constant(normal.reshape(24, 8), np.float32))
-        away_from_zero = np.array([[TINY] * 4 + [0.0] * 4])
-        x, y = g.split(g.op("Add", both, g.constant(away_from_zero, np.float32)), [4, 4])
+        both = g.op("MatMul", flat, g.constant(normal.reshape(24, 16), np.float32))
+        away_from_zero = np.array([[TINY] * 8 + [0.0] * 8])
+        x, y = g.split(g.op("Add", both, g.constant(away_from_zero, np.float32)), [8, 8])
         return x, y
+
+    def _between(self, one: tuple[str, str], other: tuple[str, str]) -> tuple[str, str]:
+        """Slack and direction of the corner where two half planes meet, or of the better one alone.
+
+        Each is a slack (n, 1) and a unit direction (n, 2).
+        """
+        g = self.g
+        is_one = g.op("Greater", one[0], other[0])
+        better, worse = g.op("Max", one[0], other[0]), g.op("Min", one[0], other[0])
+        ahead = g.op("Where", is_one, one[1], other[1])
+        beside = g.op("Where", is_one, other[1], one[1])
+        cos = g.op("ReduceSum", g.op("Mul", ahead, beside), g.index([1]), keepdims=1)
+        across = g.op("Sub", beside, g.op("Mul", cos, ahead))
+        sin = g.op("ReduceL2", across, g.index([1]), keepdims=1)
+        rise = g.op("Sub", worse, g.op("Mul", better, cos))
+        is_corner = g.op(
+            "And",
+            g.op("And", g.op("Greater", better, _f32(g, TINY)), g.op("Greater", rise, self.zero)),
+            g.op("Greater", sin, _f32(g, LEAST_SINE)),
+        )
+        sin = g.op("Where", is_corner, sin, self.one)
+        lean = g.op("Where", is_corner, g.op("Div", rise, sin), self.zero)
+        upright = g.op("Where", is_corner, better, self.one)
+        length = g.op("Sqrt", g.op("Add", g.op("Mul", upright, upright), g.op("Mul", lean, lean)))
+        turned = g.op("Mul", across, g.op("Div", lean, sin))
+        vector = g.op("Div", g.op("Add", g.op("Mul", upright, ahead), turned), length)
+        return g.op("Where", is_corner, length, better), vector
 
     def outputs(self, grid: tuple[str, str], dynamic: tuple[str, str]) -> None:
         """Distance, direction and eq. (8)'s force, back in the north-east frame."""
         g, c = self.g, self.constants
-        is_dynamic = g.op("GreaterOrEqual", dynamic[0], grid[0])
-        slack = g.op("Max", dynamic[0], grid[0])
+        slack, direction = self._between(grid, dynamic)
         rounding = g.op("Mul", g.op("Add", self.far, g.op("Abs", slack)), _f32(g, c.margin_relative))
         slack = g.cast64(g.op("Sub", g.op("Sub", slack, self.circle), rounding))
-        x, y = g.split(g.cast64(g.op("Where", is_dynamic, dynamic[1], grid[1])), [1, 1])
+        x, y = g.split(g.cast64(direction), [1, 1])
         distance = g.op("Sub", slack, self.linear["disc"])
         north = g.op("Sub", g.op("Mul", x, self.cos), g.op("Mul", y, self.sin))
         east = g.op("Add", g.op("Mul", x, self.sin), g.op("Mul", y, self.cos))

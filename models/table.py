@@ -1,4 +1,4 @@
-"""The honest table: how long each way takes, for how many contacts, and how wrong it is.
+"""The honest table: how long each way takes, for how many contacts.  How wrong each is says its card.
 
 Everything on one thread.  `exact` is the field of the closed-form sets as the core calls it, tracks
 unchanged between calls, as they are during a crossing.
@@ -7,6 +7,7 @@ unchanged between calls, as they are during a crossing.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -68,6 +69,25 @@ def markdown(table: list[Row]) -> str:
         cells = (f"{row.latency_us[n][0]:.0f} / {row.latency_us[n][1]:.0f}" for n in CONTACTS)
         lines.append(f"| {row.name} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
+
+
+def write(folder: Path) -> Path:
+    """Measure and write latency.md; returns its path."""
+    target = folder / "latency.md"
+    target.write_text(
+        f"""# Latency
+
+One thread, wall clock, on the machine that ran `companion table`; the paper's 75 x 25 m ships. Errors
+stand in the model cards, [{OURS}]({OURS}.md) and [{BASELINE}]({BASELINE}.md), measured the same way.
+
+{markdown(latencies())}
+
+For these ships the exact sets are the fastest and have no error: the network earns its place where
+a set has no closed form.
+""",
+        encoding="utf-8",
+    )
+    return target
 
 
 def _exact_call(exact: ExactRepulsion, part: FloatArray) -> Callable[[], object]:

@@ -89,9 +89,10 @@ def test_the_committed_model_comes_from_its_settings(tmp_path: Path, monkeypatch
     assert isinstance(settings, spec.SupportSpec)
     again = shape.train(settings, None, lambda stage, done, word: None)
     committed, _ = certify.learned_layers((HERE / "straight.onnx").read_bytes())
-    noise = np.linspace(0, 0.1, 101)
+    widest = settings.course_noise_max_rad
+    noise = np.linspace(0, widest, 101)
     # another machine may sum in another order
-    assert np.abs(forward(again, noise, 0.1) - forward(committed, noise, 0.1)).max() < 5e-6
+    assert np.abs(forward(again, noise, widest) - forward(committed, noise, widest)).max() < 5e-6
 
 
 @pytest.mark.parametrize(
