@@ -62,7 +62,7 @@ def _within(
     centre = t[3].take(flat) + r1 * t[7].take(flat) + r2 * t[11].take(flat)
     radius = t[5].take(flat) + r1 * t[9].take(flat) + r2 * t[13].take(flat)
     out, run = over + radius, n_north * east - n_east * north - centre
-    length = np.hypot(out, run)
+    length = np.sqrt(out * out + run * run)
     met = (run >= 0) & (out * arcs.sin_width.take(flat) >= run * arcs.cos_width.take(flat)) & (length > 0)
     radial = np.where(met, length - radius, -np.inf)
     points = np.arange(len(north))
@@ -71,10 +71,6 @@ def _within(
     j = np.where(on_arc, arc, edge)
     distance = np.where(on_arc, radial[j, points], over[j, points])
     # on an edge the gradient is its normal, on an arc the direction from its centre
-    a = np.where(on_arc, out[j, points] / np.where(on_arc, length[j, points], 1.0), 1.0)
-    b = np.where(on_arc, run[j, points] / np.where(on_arc, length[j, points], 1.0), 0.0)
-    return (
-        distance,
-        a * n_north[j, points] - b * n_east[j, points],
-        a * n_east[j, points] + b * n_north[j, points],
-    )
+    a, b, c = (np.where(on_arc, x[j, points], y) for x, y in ((out, 1.0), (run, 0.0), (length, 1.0)))
+    away_north = (a * n_north[j, points] - b * n_east[j, points]) / c
+    return distance, away_north, (a * n_east[j, points] + b * n_north[j, points]) / c

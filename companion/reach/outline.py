@@ -26,4 +26,4 @@ def polygon_around(support: Callable[[FloatArray], FloatArray], north_m: float, 
     # one corner of the set has many tangents: keep it once
     apart = np.hypot(*(corners - np.roll(corners, 1, axis=0)).T) > APART_M
     kept = corners[apart] if apart.any() else corners[:1]
-    return np.vstack((kept, kept[:1])) + np.array((north_m, east_m))
+    return np.asarray(np.vstack((kept, kept[:1])) + np.array((north_m, east_m)))
