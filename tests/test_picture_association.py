@@ -20,6 +20,14 @@ def sail(start_s: float, count: int, east_m: float = 0.0, every_s: float = 10.0)
     return [report(t, 5.0 * t, east_m) for t in times]
 
 
+def weave(start_s: float, count: int, east_m: float) -> list:  # type: ignore[type-arg]
+    """The same with the scatter of a GNSS receiver: 5 m to either side in turn."""
+    sides = [-5.0 if i % 2 else 5.0 for i in range(count)]
+    return [
+        report(start_s + 10.0 * i, 5.0 * (start_s + 10.0 * i), east_m + side) for i, side in enumerate(sides)
+    ]
+
+
 def easts(table: Tracks) -> list[int]:
     """Where the rows are, in kilometres east."""
     return sorted(round(east_m / 1000.0) for east_m in table.east_m)
@@ -76,6 +84,24 @@ def test_a_rare_second_sender_is_recognised_when_it_speaks_again() -> None:
         heard.observe(each)
     assert easts(tracks(heard, 260.0)) == [0, 20]
     assert "picture.shared_number" in codes(heard, 260.0)
+
+
+def test_a_place_given_up_does_not_come_back_because_it_has_grown_vague() -> None:
+    """Ten minutes on, the old place could explain every report of the ship; the new one foretells them."""
+    heard = picture(*sail(0.0, 5), *weave(50.0, 60, 1000.0))
+    assert easts(tracks(heard, 640.0)) == [1]
+    assert "picture.shared_number" not in codes(heard, 640.0)
+    assert heard.counts["picture.continued"] == 4 + 58
+
+
+def test_of_two_places_that_fit_the_one_that_foretold_the_report_has_it() -> None:
+    """Two senders a kilometre apart under one number: the silent one does not take the other's reports."""
+    both = [report(10.0 * i, 50.0 * i, 1000.0 * (i % 2)) for i in range(12)]
+    heard = picture(*both, *weave(120.0, 60, 1000.0))
+    table = tracks(heard, 710.0)
+    assert easts(table) == [0, 1]
+    silent = table.east_m.argmin()
+    assert table.age_s(instant(710.0))[silent] == 610.0
 
 
 @pytest.mark.parametrize("speed_mps", [30.0, 52.0])

@@ -74,9 +74,10 @@ class Places:
             return Placement.DUPLICATE
         earlier = [h for h in self._known() if h.report.measured_at < report.measured_at]
         judged = [(gate.judge(h.motion, report), h) for h in earlier]
-        fitting = [(j.innovation, i) for i, (j, _) in enumerate(judged) if j.plausible]
+        # the ghost comes last: its uncertainty grows until it could explain every report
+        fitting = [(h is self.ghost, j.surprise, i) for i, (j, h) in enumerate(judged) if j.plausible]
         if fitting:
-            return self._continue(*judged[min(fitting)[1]])
+            return self._continue(*judged[min(fitting)[-1]])
         later = [h.report for h in self.held if h.report.measured_at >= report.measured_at]
         if any(gate.can_lead_to(report, known) for known in later):
             return Placement.OLDER

@@ -40,10 +40,16 @@ class Motion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """What the gate found.  `innovation` is the squared, normalised one, infinite for impossible speed."""
+    """What the gate found.
+
+    `surprise` is twice the negative log likelihood but for a constant: the squared, normalised
+    innovation and ln |S|, S its covariance.  Of two places that both fit it is smaller for the one
+    that foretold the report; the bare innovation would be smaller for the vaguer one.  It is infinite
+    for impossible speed.
+    """
 
     plausible: bool
-    innovation: float
+    surprise: float
     motion: Motion  # the filter after this report, should it be believed
 
 
@@ -79,9 +85,10 @@ class Gate:
         size = len(measured)
         kalman.update(measured, R=np.diag(variances[:size]), H=_IDENTITY[:size])
         innovation = float(kalman.y @ kalman.SI @ kalman.y)
+        surprise = innovation + float(np.linalg.slogdet(kalman.S)[1])
         mean = kalman.x - np.array((*moved, 0.0, 0.0))
         after = Motion(report, _plane(report), mean, np.array(kalman.P))
-        return Judgement(innovation <= GATE[size], innovation, after)
+        return Judgement(innovation <= GATE[size], surprise, after)
 
     def can_lead_to(self, before: ContactReport, report: ContactReport) -> bool:
         """Whether the way from one place to the other is possible at all in the time between."""
