@@ -177,7 +177,7 @@ class Model(IntEnum):
     """Which obstacle model describes a contact."""
 
     STRAIGHT = 0  # course and speed known within bounds (the paper's ship)
-    DISC = 1  # anything up to `disc_speed_mps`
+    DISC = 1  # anywhere at up to `disc_speed_mps`
     TURNING = 2  # as STRAIGHT, but course and hull turn at a bounded rate
 
 
@@ -210,8 +210,9 @@ class Tracks:
     speed_noise_mps: FloatArray
     course_noise_rad: FloatArray
     heading_error_rad: FloatArray
-    disc_speed_mps: FloatArray  # top speed of the disc model
-    validity_s: FloatArray  # age up to which the model holds; beyond it the contact is a DISC
+    disc_speed_mps: FloatArray  # of the disc model
+    top_speed_mps: FloatArray  # how fast every set grows on all sides beyond its validity
+    validity_s: FloatArray  # age up to which the model's bounds hold
     model: IntArray  # of `Model`
     names: tuple[str, ...] = ()
     turn_rate_radps: FloatArray = field(default_factory=_nothing)  # of TURNING, clockwise; default 0
@@ -226,7 +227,7 @@ class Tracks:
     def empty(cls) -> "Tracks":
         """No contacts."""
         x, ids = np.empty(0), np.empty(0, dtype=np.int64)
-        return cls(0, ids, ids, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, ids)
+        return cls(0, ids, ids, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, x, ids)
 
     def __len__(self) -> int:
         return len(self.mmsi)

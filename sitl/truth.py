@@ -52,6 +52,7 @@ def true_tracks(
         "course_noise_rad": zero,
         "heading_error_rad": zero if heading_error_rad is None else heading_error_rad,
         "disc_speed_mps": zero,
+        "top_speed_mps": zero,
         "validity_s": np.full(n, math.inf),
     }
     return Tracks(

@@ -32,6 +32,7 @@ def tracks(*rows: dict[str, float], revision: int = 1) -> Tracks:
         "course_noise_rad": 0.01,
         "heading_error_rad": 0.01,
         "disc_speed_mps": 16.0,
+        "top_speed_mps": 16.0,
         "validity_s": 600.0,
         "model": 0,
     }

@@ -50,6 +50,7 @@ def run(
         speed_noise_mps=0.05 * column,
         course_noise_rad=0.01 * column,
         disc_speed_mps=16.0 * column,
+        top_speed_mps=16.0 * column,
         validity_s=validity_s * column,
     )
     for k in range(seconds):
@@ -113,7 +114,7 @@ def test_a_single_step_without_a_ship_has_a_picture(tmp_path: Path) -> None:
 
 def test_ships_that_can_be_anywhere_do_not_paint_the_picture_over(tmp_path: Path) -> None:
     goal_m = np.array((0.0, 400.0))
-    measure = run(goal_m, validity_s=50.0)
+    measure = run(goal_m, validity_s=10.0)
     assert picture(tmp_path / "crossing.png", measure, goal_m) == STATED
     course = measure.course()
     scene = Scene("", FRAME, np.zeros(2), goal_m, 15.0)

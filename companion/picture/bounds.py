@@ -10,7 +10,8 @@ the newest believed report itself.  What is assumed, in the order of the code:
 - a ship slower than `slow_below_mps` keeps its speed within the same noise for the same time, but
   may go any way: a small growing disc, because a course at such speeds means nothing;
 - without speed, or without course at speed, anything up to the top speed: a disc;
-- after `validity_s` anything up to the top speed, whatever was reported;
+- from `validity_s` on anything up to the top speed, whatever was reported: every set then grows on
+  all sides at that speed, and the hull may lie any way;
 - a hull never reported is the configured one of its class with the antenna anywhere on it;
 - a heading is within `heading_error_rad` and turns with the course; without one the hull may lie
   any way, as it may for everything that is a disc.  The course does not stand in for a heading.
@@ -21,7 +22,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from companion import config
-from companion.instant import Instant, after
 from companion.messages import ContactReport, Hull, Model, TargetKind
 
 # 1/10000 minute in latitude and longitude, half a step each: 0.0926 m times sqrt 2
@@ -43,6 +43,7 @@ class Bounds(NamedTuple):
     course_noise_rad: float
     heading_error_rad: float
     disc_speed_mps: float
+    top_speed_mps: float
     validity_s: float
     model: float  # of `Model`; a float so that a row is one array
 
@@ -53,15 +54,13 @@ class Assumptions:
 
     contacts: config.Contacts
 
-    def of(self, report: ContactReport, hull: Hull | None, kind: TargetKind, now: Instant) -> Bounds:
-        """The bounds that `report` carries at `now`."""
+    def of(self, report: ContactReport, hull: Hull | None, kind: TargetKind) -> Bounds:
+        """The bounds that `report` carries."""
         ship = self.contacts
         slow = self.is_slow(report)
         straight = not slow and report.sog_mps is not None and report.cog_rad is not None
-        keeps_speed = (slow or straight) and now < self.expires_at(report)
-        kept_mps = (report.sog_mps or 0.0) + ship.speed_noise_mps
         top_mps = self.top_speed_mps(report)
-        fastest_mps = kept_mps if keeps_speed else top_mps
+        kept_mps = (report.sog_mps or 0.0) + ship.speed_noise_mps if slow or straight else top_mps
         heading_error_rad = ship.heading_error_rad + ship.course_noise_rad
         extent = hull or self._assumed_hull(kind)
         return Bounds(
@@ -72,16 +71,16 @@ class Assumptions:
             stern_m=extent.stern_m,
             port_m=extent.port_m,
             starboard_m=extent.starboard_m,
-            position_error_m=self.position_error_m(report)
-            + QUANTISATION_M
-            + fastest_mps * report.age_error_s,
+            position_error_m=self.position_error_m(report) + QUANTISATION_M + kept_mps * report.age_error_s,
             speed_noise_mps=ship.speed_noise_mps,
             course_noise_rad=ship.course_noise_rad,
             heading_error_rad=min(heading_error_rad, math.pi)
             if straight and report.heading_rad is not None
             else math.pi,
-            disc_speed_mps=kept_mps if slow and keeps_speed else top_mps,
-            validity_s=ship.validity_s,
+            disc_speed_mps=kept_mps,
+            top_speed_mps=top_mps,
+            # the report may be older than it says, and then its bounds end sooner
+            validity_s=max(ship.validity_s - report.age_error_s, 0.0),
             model=float(Model.STRAIGHT if straight else Model.DISC),
         )
 
@@ -98,10 +97,6 @@ class Assumptions:
         """The most this ship is ever taken to do."""
         ship = self.contacts
         return max(ship.top_speed_mps, (report.sog_mps or 0.0) + ship.speed_noise_mps)
-
-    def expires_at(self, report: ContactReport) -> Instant:
-        """When what the ship did at its report stops to bound what it does."""
-        return after(report.measured_at, self.contacts.validity_s)
 
     def _assumed_hull(self, kind: TargetKind) -> Hull:
         ship = self.contacts

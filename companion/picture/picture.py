@@ -159,7 +159,7 @@ class Picture:
     def _row(self, contact: Contact, report: ContactReport, now: Instant, frame: LocalFrame) -> Row:
         assert report.latitude_deg is not None
         assert report.longitude_deg is not None
-        bounds = self._assumptions.of(report, contact.hull, contact.kind, now)
+        bounds = self._assumptions.of(report, contact.hull, contact.kind)
         hull_m = max(bounds.bow_m, bounds.stern_m) + max(bounds.port_m, bounds.starboard_m)
         range_m = distance_m(
             frame.latitude_deg, frame.longitude_deg, report.latitude_deg, report.longitude_deg
@@ -174,7 +174,7 @@ class Picture:
         shown = (enters_at is None or enters_at <= now) and not hidden
         # a place beyond the horizon has no coordinates on the tangent plane, and needs none
         north_m, east_m = frame.to_local(report.latitude_deg, report.longitude_deg) if shown else (0.0, 0.0)
-        turns = (enters_at, contact.echo.hidden_until, self._assumptions.expires_at(report))
+        turns = (enters_at, contact.echo.hidden_until)
         return Row(
             mmsi=contact.mmsi,
             measured_at=report.measured_at,

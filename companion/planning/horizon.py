@@ -46,5 +46,10 @@ def clearing_until_age_s(
     side = np.where(there >= 0, 1.0, -1.0)
     to_clear_m = np.maximum(half_width - side * here, 0.0)
     clear_s = planner.clearing_margin * to_clear_m / max_speed_mps
-    until: FloatArray = age + np.clip(clear_s, SHORTEST_S, field.horizon_s)
-    return until
+    return _within_validity(tracks, age, age + np.clip(clear_s, SHORTEST_S, field.horizon_s))
+
+
+def _within_validity(tracks: Tracks, age: FloatArray, until: FloatArray) -> FloatArray:
+    """No farther than the bounds are believed: beyond that a set is everywhere, and says nothing."""
+    capped: FloatArray = np.minimum(until, np.maximum(age, tracks.validity_s))
+    return capped

@@ -1,7 +1,7 @@
 """The learned repulsive field: one call of an ONNX network for all contacts.
 
 A contact outside the ranges the network was made for, one whose course bounds nothing any more
-(the disc model, or silent for longer than its validity), or one whose answer is not a number is
+(the disc model, or a tube that reaches beyond its validity), or one whose answer is not a number is
 answered by the exact field and marked in `Repulsion.from_network`.
 
 The session is deterministic: one thread, the CPU provider, nodes in sequence.
@@ -80,7 +80,7 @@ class NetworkRepulsion:
         """Repulsion of every contact's tube [age, `until_age_s`] on the position (2,)."""
         rows = self._rows.fill(tracks, now, until_age_s, position_m)
         learned = self.in_range(rows) & (tracks.model == Model.STRAIGHT)
-        learned = learned & (tracks.age_s(now) <= tracks.validity_s)
+        learned = learned & (np.maximum(tracks.age_s(now), until_age_s) <= tracks.validity_s)
         if not learned.any():
             return self._exact(tracks, now, until_age_s, position_m)
         distance, away, velocity = self.run(rows)

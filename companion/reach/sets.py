@@ -3,8 +3,9 @@
     tube(tracks, now, until_age_s)   everything a ship can cover from now until its report is that old
     at(tracks, now, ahead_s)         where it can be at one instant
 
-The model that holds is the one at `now` (for `at`: at now + ahead): a contact older than its validity
-is a DISC of radius `disc_speed_mps` times age.  Silence makes a set grow; nothing is dropped.
+A model's bounds hold until the contact's `validity_s`.  From then on its set grows on all sides at
+`top_speed_mps`, and by the hull, which may have turned: S(age) = S(validity) + disc.  Silence makes
+a set grow; nothing is dropped.
 """
 
 from collections.abc import Iterator
@@ -32,6 +33,7 @@ class ReachableSets:
     parts: tuple[tuple[IntArray | None, Sets], ...]  # rows (None: all) and their sets
     is_disc: BoolArray | None  # (n,) rows where a disc stands instead; None: nowhere
     disc_m: FloatArray  # (n,) its radius
+    grown_m: FloatArray | None  # (n,) added on all sides beyond the validity; None: nowhere
 
     def __len__(self) -> int:
         return len(self.north_m)
@@ -64,6 +66,8 @@ class ReachableSets:
         for i in np.flatnonzero(self.is_disc) if self.is_disc is not None else ():
             north, east = positions_m[:, 0] - self.north_m[i], positions_m[:, 1] - self.east_m[i]
             distance[:, i], away[:, i, 0], away[:, i, 1] = disc_distances(north, east, self.disc_m[i])
+        if self.grown_m is not None:
+            distance -= self.grown_m
         return distance, away
 
     def support(self, directions: FloatArray) -> FloatArray:
@@ -75,6 +79,8 @@ class ReachableSets:
             reach[here] = sets.support(angle)
         if self.is_disc is not None:
             reach[self.is_disc] = self.disc_m[self.is_disc, None]
+        if self.grown_m is not None:
+            reach = reach + self.grown_m[:, None]
         return reach + np.outer(self.north_m, directions[:, 0]) + np.outer(self.east_m, directions[:, 1])
 
     def outline(self, i: int) -> FloatArray:
@@ -83,6 +89,9 @@ class ReachableSets:
 
     def _support_of(self, i: int, angle: FloatArray) -> FloatArray:
         """(k,) support of contact i around its reported position."""
+        return self._model_support(i, angle) + (0.0 if self.grown_m is None else self.grown_m[i])
+
+    def _model_support(self, i: int, angle: FloatArray) -> FloatArray:
         if self.is_disc is None or not self.is_disc[i]:
             for rows, sets in self.parts:
                 if rows is None or i in rows:
@@ -104,6 +113,8 @@ class ReachableSets:
             distance = np.where(self.is_disc, disc[0], distance)
             away_north = np.where(self.is_disc, disc[1], away_north)
             away_east = np.where(self.is_disc, disc[2], away_east)
+        if self.grown_m is not None:
+            distance = distance - self.grown_m
         return distance, away_north, away_east
 
 
@@ -130,10 +141,16 @@ def _chunks(count: int) -> Iterator[slice]:
 
 def _sets(tracks: Tracks, age: FloatArray, until: FloatArray, kernel: Kernel) -> ReachableSets:
     shapes = prepare(tracks, kernel)
+    beyond_s = until - tracks.validity_s
+    grown = None
+    if (beyond_s > 0).any():
+        age, until = np.minimum(age, tracks.validity_s), np.minimum(until, tracks.validity_s)
+        turned_m = np.where(shapes.is_disc, 0.0, shapes.hull_m)
+        grown = np.where(beyond_s > 0, tracks.top_speed_mps * beyond_s + turned_m, 0.0)
     parts = tuple(
         (rows, shape.between(age, until) if rows is None else shape.between(age[rows], until[rows]))
         for rows, shape in shapes.parts
     )
-    is_disc = shapes.is_disc | (age > tracks.validity_s)
+    is_disc = shapes.is_disc if shapes.is_disc.any() else None
     disc = tracks.disc_speed_mps * until + shapes.disc_margin_m
-    return ReachableSets(tracks.north_m, tracks.east_m, parts, is_disc if is_disc.any() else None, disc)
+    return ReachableSets(tracks.north_m, tracks.east_m, parts, is_disc, disc, grown)

@@ -13,7 +13,7 @@ from companion.reach.interface import Shapes
 from companion.reach.kernel import Kernel
 from companion.reach.straight import straight_shapes
 
-# every model but DISC, which any contact may become
+# every model but DISC
 MODELS: dict[Model, Callable[[Tracks, Kernel], Shapes]] = {Model.STRAIGHT: straight_shapes}
 
 
@@ -24,6 +24,7 @@ class Prepared:
     parts: tuple[tuple[IntArray | None, Shapes], ...]  # rows (None: all) and their shapes
     is_disc: BoolArray  # (n,) rows whose model is DISC at any age
     disc_margin_m: FloatArray  # (n,) what hull and position error add to a disc
+    hull_m: FloatArray  # (n,) radius of the circle around the antenna that holds the hull
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,8 +57,8 @@ def _prepared(same: _Same, kernel: Kernel) -> Prepared:
             break
         if rows.size:
             parts.append((rows, shapes(only(tracks, rows), kernel)))
-    margin = length.max(axis=0, initial=0.0) + tracks.position_error_m
-    return Prepared(tuple(parts), tracks.model == Model.DISC, margin)
+    hull = length.max(axis=0, initial=0.0)
+    return Prepared(tuple(parts), tracks.model == Model.DISC, hull + tracks.position_error_m, hull)
 
 
 def only(tracks: Tracks, rows: IntArray) -> Tracks:

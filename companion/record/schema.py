@@ -146,6 +146,7 @@ class TracksRecord(Record, frozen=True):
     course_noise_rad: list[float]
     heading_error_rad: list[float]
     disc_speed_mps: list[float]
+    top_speed_mps: list[float]
     validity_s: list[float | None]  # None: for ever
     model: list[int]
     names: tuple[str, ...] = ()
