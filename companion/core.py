@@ -104,7 +104,7 @@ class Core:
             own,
             to_goal_m,
             self._picture.reports_heard,
-            own is not None and self._ascent_is_clear(tracks, now, own, reasons),
+            own is not None and self._water_is_clear(tracks, now, own, reasons),
         )
 
         push = pull = wanted = None
@@ -186,16 +186,22 @@ class Core:
             return None
         return self._goal_m
 
-    def _ascent_is_clear(self, tracks: Tracks, now: Instant, own: OwnState, reasons: list[Reason]) -> bool:
-        """No ship can be within delta overhead until the vehicle has risen."""
-        if not len(tracks) or self._mission.phase is not Phase.CROSS:
+    def _water_is_clear(self, tracks: Tracks, now: Instant, own: OwnState, reasons: list[Reason]) -> bool:
+        """Whether the next phase may begin: no ship within delta here, nor overhead until we have risen."""
+        phase = self._mission.phase
+        if not len(tracks) or phase not in (Phase.LISTEN, Phase.CROSS):
             return True
-        rise_s = own.depth_m / self._config.vehicle.max_vertical_speed_mps
-        sets = reach.tube(tracks, now, tracks.age_s(now) + max(rise_s, 0.0))
-        margin_m = self._config.field.delta_m + self._config.guard.own_position_error_m
-        clear = float(sets.nearest(own.position_m).distance_m.min()) > margin_m
+        rise_s = max(own.depth_m, 0.0) / self._config.vehicle.max_vertical_speed_mps
+        sets = reach.tube(tracks, now, tracks.age_s(now) + rise_s)
+        distance_m = sets.nearest(own.position_m).distance_m
+        clear = float(distance_m.min()) > self._config.field.delta_m + self._config.guard.own_position_error_m
         if not clear:
-            reasons.append(Reason("plan.surface_occupied", "a ship can be overhead before we have surfaced"))
+            mmsi = tracks.mmsi[int(np.argmin(distance_m))]
+            if phase is Phase.LISTEN:
+                reasons.append(Reason("plan.start_occupied", f"MMSI {mmsi} can be here already: not leaving"))
+            else:
+                text = f"MMSI {mmsi} can be overhead before we have surfaced"
+                reasons.append(Reason("plan.surface_occupied", text))
         return clear
 
     def _explain(self, tracks: Tracks, now: Instant, push: Repulsion | None) -> list[Reason]:

@@ -1,4 +1,4 @@
-"""`companion demo`: the whole product in one process, on a simulated or recorded sea, with a picture at the end."""
+"""`companion demo`: the whole product in one process on a simulated or recorded sea, and its picture."""
 
 import math
 import time
@@ -70,7 +70,7 @@ def _cross(
     sea: Sea, config: Config, companion: Companion, folder: Path, console: Console
 ) -> tuple[Course, Summary]:
     """Turn the loop to the end of the run, recording and measuring."""
-    measure = Measure(sea.truth, sea.own_state, config.field.delta_m)
+    measure = Measure(sea.truth, sea.own_state, config.field.delta_m, sea.traffic.known_until_s)
     lockstep = LockstepSea(sea, dt_s=1.0 / config.timing.rate_hz)
     with (
         Recorder(folder / LOG_NAME, session(config, companion.model_digest)) as recorder,

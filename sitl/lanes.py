@@ -24,11 +24,10 @@ ALIGNED_RAD = math.radians(25.0)
 # from start and goal to any ship while the vehicle lies there: who has not told its size may be
 # 200 m long with its antenna anywhere (a class B 25 m), and its report may be 30 m off
 CLEAR_CLASS_A_M, CLEAR_CLASS_B_M = 300.0, 100.0
-DETOUR = 0.55  # length of the crossing over the way there is time for: waiting and going round
+DETOUR = 0.75  # length of the crossing over the way there is time for: waiting and going round
 SHORTEST_M = 100.0
 LONGEST_M = 1500.0
 _STEP_S = 10.0
-_STRAIGHT_SHARE = 0.6  # of the time left; the rest is for going round ships and waiting for them
 _CLASS_B_WEIGHT = 0.2
 _LANE_WITHIN_S = 3600.0
 _LANE_WEIGHT = 0.3
@@ -150,7 +149,9 @@ def _passing(
     inside = np.abs(across) <= 0.45 * length_m
     late = sea.t_s[None, 1:] >= from_s
     crosses = (along[:, :-1] * along[:, 1:] <= 0.0) & inside[:, 1:] & aligned[:, 1:] & late
-    passing = crosses.any(axis=1)
+    # who has not been heard of before the dive is no part of what is to be shown
+    heard = np.isfinite(sea.position_m[:, sea.t_s <= from_s, 0]).any(axis=1)
+    passing = crosses.any(axis=1) & heard
     # a ship in the middle of the line is better than one at its end
     central = np.where(crosses, 1.0 - np.abs(across[:, 1:]) / length_m, 0.0).max(axis=1, initial=0.0)
     lane = _leads_past(sea, centre, course, length_m)

@@ -22,6 +22,7 @@ from sitl.vehicle import Boat, Dynamics, Limits, Submarine
 Position = tuple[float, float]
 
 _BOOT_S = -30.0  # the autopilot was switched on before the run
+AFTER_LOG_S = 600.0
 _FIRST_MMSI = 230_000_101
 
 
@@ -61,15 +62,15 @@ def recorded_sea(
 ) -> Sea:
     """A recorded log as the sea, with the scenario's vehicle.
 
-    Without `start` or `goal` they come from the busiest lane (`sitl.lanes`); the run may last as
-    long as the log.  Raises `ConfigError` when no lane is found.
+    Without `start` or `goal` they come from the busiest lane (`sitl.lanes`).  The run may outlast the
+    log by `AFTER_LOG_S`, to finish a crossing: the sets go on, the truth is not known any more.  Raises `ConfigError` when no lane is found.
     """
     if start is None or goal is None:
         crossing = propose(scenario, log)
         start, goal = start or crossing.start_deg, goal or crossing.goal_deg
     frame = LocalFrame((start[0] + goal[0]) / 2, (start[1] + goal[1]) / 2)
     ends = _local(frame, start, "start"), _local(frame, goal, "goal")
-    limited = min(log.duration_s, scenario.end.time_limit_s)
+    limited = min(log.duration_s + AFTER_LOG_S, scenario.end.time_limit_s)
     return _sea(
         scenario,
         Recording(log, frame),

@@ -57,10 +57,17 @@ class Course:
 
 class Measure:
     """A journal that measures.  `truth(t)` is where every hull is, all bounds zero; `vehicle()`
-    the vehicle's true state at the step being taken."""
+    the vehicle's true state at the step being taken; `truth_until_s` when the truth ends, if it does."""
 
-    def __init__(self, truth: Truth, vehicle: Callable[[], OwnState], delta_m: float) -> None:
+    def __init__(
+        self,
+        truth: Truth,
+        vehicle: Callable[[], OwnState],
+        delta_m: float,
+        truth_until_s: float | None = None,
+    ) -> None:
         self._truth = truth
+        self._truth_until_s = truth_until_s
         self._vehicle = vehicle
         self._delta_m = delta_m
         self._own: list[OwnState] = []
@@ -122,6 +129,8 @@ class Measure:
         left = next((d.t for d in decisions if d.phase is Phase.CROSS), None)
         used_s = [d.oldest_used_s for d in decisions if d.oldest_used_s is not None]
         distinct = {id(tracks): tracks for tracks in course.tracks}.values()
+        closest_hull = _approach(course, course.to_hulls, lambda k: course.truth(course.instant(k)))
+        heard = np.unique(np.concatenate([tracks.mmsi for tracks in distinct]))
         return Summary(
             arrived=last.phase is Phase.ARRIVED,
             final_phase=last.phase,
@@ -130,17 +139,19 @@ class Measure:
             time_to_goal_s=None if at_goal is None else elapsed_s(start, at_goal),
             under_way_s=None if at_goal is None or left is None else elapsed_s(left, at_goal),
             delta_m=self._delta_m,
-            closest_hull=_approach(course, course.to_hulls, lambda k: course.truth(course.instant(k))),
+            closest_hull=closest_hull,
             closest_set=_approach(course, course.to_sets, lambda k: course.tracks[k]),
             closest_tube_m=_closest_tube_m(decisions),
             within_delta_s=_within_s(course, self._delta_m),
-            contacts_heard=len(np.unique(np.concatenate([tracks.mmsi for tracks in distinct]))),
+            contacts_heard=len(heard),
             ships_in_the_sea=max(len(course.truth(d.t)) for d in decisions[:: max(len(decisions) // 20, 1)]),
             oldest_used_s=max(used_s, default=None),
             steps=len(decisions),
             step_time=_step_time(self._step_s),
             guard=_guard_changes(decisions),
             reason_s=_reason_s(decisions),
+            truth_until_s=self._truth_until_s,
+            closest_hull_heard=closest_hull is None or closest_hull.mmsi in heard,
             last_reasons=tuple(r.text for r in last.reasons if not r.code.startswith("note.")),
         )
 

@@ -28,7 +28,7 @@ class Recording:
     def __init__(self, log: Logbook, frame: LocalFrame) -> None:
         self.log = log
         self.frame = frame
-        self.duration_s = log.duration_s
+        self.known_until_s: float | None = log.duration_s
         self.own_mmsi = log.own_mmsi
         zero = log.frames[0].unix_ns
         self._bus = [(Instant(f.unix_ns - zero), f.can_id, f.data) for f in log.frames]

@@ -16,7 +16,12 @@ LONGEST_STEP_S = 0.1  # of the vehicle's dynamics
 
 
 class Traffic(Protocol):
-    """Ships, and how they can be heard.  All of it is a function of time."""
+    """Ships, and how they can be heard.  All of it is a function of time.
+
+    `known_until_s`: when the truth ends, for a sea that does (a log); else None.
+    """
+
+    known_until_s: float | None
 
     def truth(self, t: Instant) -> Tracks:
         """Every hull known at `t`, without doubt."""

@@ -67,6 +67,8 @@ class Summary:
     step_time: StepTime
     guard: GuardChanges
     reason_s: dict[str, float]  # how long each reason stood
+    truth_until_s: float | None  # hulls are known up to here, where the sea is a log; None: to the end
+    closest_hull_heard: bool  # the ship of `closest_hull` had reported
     last_reasons: tuple[str, ...]  # doubts and obstacles at the last step, without the mere notes
 
     @property
@@ -110,7 +112,7 @@ class Summary:
         )
         changes = f"{guard.steps} steps ({guard.share:.1%}), by up to {guard.largest_mps:.2f} m/s"
         return [
-            ("closest to a real hull", self._approach(self.closest_hull)),
+            ("closest to a real hull", self._closest_hull()),
             ("closest to a reachable set", self._approach(self.closest_set) + tube),
             ("time to goal", goal),
             ("contacts heard", f"{self.contacts_heard} of {self.ships_in_the_sea} ships in the sea"),
@@ -121,6 +123,14 @@ class Summary:
             ("step time", f"p50 {time.p50_ms:.2f} ms, p99 {time.p99_ms:.2f} ms, most {time.most_ms:.1f} ms"),
             ("the guard changed", f"{changes}; closed in {guard.closed_steps}"),
         ]
+
+    def _closest_hull(self) -> str:
+        said = self._approach(self.closest_hull)
+        if self.closest_hull is not None and not self.closest_hull_heard:
+            said += "; it was never heard of"
+        if self.truth_until_s is not None and self.truth_until_s < self.run_s:
+            said += f" (known until {self.truth_until_s:.0f} s, the end of the log)"
+        return said
 
     def _approach(self, approach: Approach | None) -> str:
         if approach is None:

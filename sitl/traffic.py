@@ -87,6 +87,7 @@ class Fleet:
         begin: Instant,
         end: Instant,
     ) -> None:
+        self.known_until_s: float | None = None
         self.ships = tuple(sorted(ships, key=lambda ship: ship.mmsi))
         self.frame = frame
         self._utc_ns_at_zero = utc_ns_at_zero
