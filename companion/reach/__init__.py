@@ -1,6 +1,7 @@
 """Obstacle models and the sets a ship can reach."""
 
+from companion.reach.compiled import choose_kernel
 from companion.reach.sets import ReachableSets, at, tube
 from companion.reach.support import support_straight
 
-__all__ = ["ReachableSets", "at", "support_straight", "tube"]
+__all__ = ["ReachableSets", "at", "choose_kernel", "support_straight", "tube"]

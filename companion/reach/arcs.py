@@ -40,6 +40,7 @@ class Arcs:
     cos_width: FloatArray  # (J, n) of the angle to the next breakpoint
     sin_width: FloatArray
     column: IntArray  # (n,) 0, 1, ...
+    packed: tuple[FloatArray, FloatArray]  # the same set by set, for the compiled kernel
 
     def support_at(self, r1: FloatArray, r2: FloatArray) -> FloatArray:
         """(J, m) h at the breakpoints for r1, r2 (m,); m = n, or n = 1 and any m."""
@@ -58,6 +59,7 @@ class Arcs:
             cos_width=self.cos_width[:, one],
             sin_width=self.sin_width[:, one],
             column=np.zeros(1, dtype=np.int64),
+            packed=(self.packed[0][one], self.packed[1][one]),
         )
 
 
@@ -76,16 +78,20 @@ def arcs(
     rows = [normal.real, normal.imag]
     for k in range(3):
         rows += [ended[k], turned[k].imag, radius[k].take(before), radius[k]]
+    table = np.stack(rows)
+    support = (turned[0].real + radius[0], turned[1].real + radius[1], turned[2].real + radius[2])
+    widths = np.cos(width_rad), np.sin(width_rad)
+    north, east = np.ascontiguousarray(normal.real), np.ascontiguousarray(normal.imag)
     return Arcs(
-        north=np.ascontiguousarray(normal.real),
-        east=np.ascontiguousarray(normal.imag),
-        support=(
-            turned[0].real + radius[0],
-            turned[1].real + radius[1],
-            turned[2].real + radius[2],
-        ),
-        table=np.stack([row.ravel() for row in rows]),
-        cos_width=np.cos(width_rad),
-        sin_width=np.sin(width_rad),
+        north=north,
+        east=east,
+        support=support,
+        table=table.reshape(len(rows), -1),
+        cos_width=widths[0],
+        sin_width=widths[1],
         column=np.arange(angle_rad.shape[1]),
+        packed=(
+            np.ascontiguousarray(np.stack((north, east, *support)).transpose(2, 1, 0)),
+            np.ascontiguousarray(np.concatenate((table, np.stack(widths))).transpose(2, 1, 0)),
+        ),
     )

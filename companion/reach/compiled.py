@@ -18,10 +18,10 @@ from companion.reach.arcs import Arcs
 from companion.reach.interface import Distances
 from companion.reach.kernel import Kernel, nearest
 
-BLOCK = 64  # ships at once: their best breakpoints stay in the first cache
+BLOCK = 64  # first all best edges, then all distances: the processor overlaps either, not both
 
 
-def kernel(name: Literal["numpy", "numba"]) -> Kernel:
+def choose_kernel(name: Literal["numpy", "numba"]) -> Kernel:
     """The implementation of `kernel.nearest` called `name`; raises `ConfigError` where numba is missing."""
     if name == "numpy":
         return nearest
@@ -34,9 +34,7 @@ def nearest_compiled(
 ) -> Distances:
     """See `kernel.nearest`."""
     out = np.empty((3, len(north)))
-    h0, h1, h2 = arcs.support
-    widths = (arcs.cos_width, arcs.sin_width)
-    compiled()(arcs.north, arcs.east, h0, h1, h2, arcs.table, *widths, r1, r2, north, east, out)
+    compiled()(*arcs.packed, r1, r2, north, east, out)
     return out[0], out[1], out[2]
 
 
@@ -54,68 +52,57 @@ def compiled() -> Callable[..., None]:
 
 
 def loop(
-    n_north: FloatArray,
-    n_east: FloatArray,
-    h0: FloatArray,
-    h1: FloatArray,
-    h2: FloatArray,
-    t: FloatArray,
-    cos_width: FloatArray,
-    sin_width: FloatArray,
+    edges: FloatArray,
+    ends: FloatArray,
     r1: FloatArray,
     r2: FloatArray,
     north: FloatArray,
     east: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Fill `out` (3, m) with distances and directions; plain Python, and what numba compiles."""
-    breaks, columns = n_north.shape
-    points = len(north)
-    step = 1 if columns > 1 else 0
-    edge, best = np.empty(BLOCK), np.empty(BLOCK, dtype=np.int64)
-    for first in range(0, points, BLOCK):
-        size = min(BLOCK, points - first)
-        edge[:] = -np.inf
-        best[:] = 0
-        for j in range(breaks):
-            for k in range(size):
-                i = first + k
-                c = i * step
-                h = h0[j, c] + r1[i] * h1[j, c] + r2[i] * h2[j, c]
-                over = n_north[j, c] * north[i] + n_east[j, c] * east[i] - h
-                better = over > edge[k]
-                best[k] = j if better else best[k]
-                edge[k] = over if better else edge[k]
+    """Fill `out` (3, m) with distances and directions; plain Python, and what numba compiles.
+
+    `edges` (n, J, 5) has normals and supports, `ends` (n, J, 16) the rows of `Arcs.table` and the
+    cosine and sine of the widths.
+    """
+    step = 1 if len(edges) > 1 else 0
+    most, best = np.empty(BLOCK), np.empty(BLOCK, dtype=np.int64)
+    for first in range(0, len(north), BLOCK):
+        size = min(BLOCK, len(north) - first)
         for k in range(size):
             i = first + k
-            c = i * step
-            f = best[k] * columns + c
-            a, b = r1[i], r2[i]
-            along = t[0, f] * east[i] - t[1, f] * north[i]
-            past = along - (t[3, f] + a * t[7, f] + b * t[11, f])
-            before = along - (t[2, f] + a * t[6, f] + b * t[10, f])
-            run = max(past, 0.0) + min(before, 0.0)
-            if past > 0:
-                radius = t[5, f] + a * t[9, f] + b * t[13, f]
-            else:
-                radius = t[4, f] + a * t[8, f] + b * t[12, f]
-            across = edge[k] + radius
+            c, x, y, a, b = i * step, north[i], east[i], r1[i], r2[i]
+            highest, at = -np.inf, 0
+            for j in range(edges.shape[1]):
+                h = edges[c, j, 2] + a * edges[c, j, 3] + b * edges[c, j, 4]
+                over = edges[c, j, 0] * x + edges[c, j, 1] * y - h
+                at = j if over > highest else at
+                highest = over if over > highest else highest
+            most[k], best[k] = highest, at
+        for k in range(size):
+            i = first + k
+            c, x, y, a, b = i * step, north[i], east[i], r1[i], r2[i]
+            t = ends[c, best[k]]
+            along = t[0] * y - t[1] * x
+            past = along - (t[3] + a * t[7] + b * t[11])
+            run = max(past, 0.0) + min(along - (t[2] + a * t[6] + b * t[10]), 0.0)
+            after, before = t[5] + a * t[9] + b * t[13], t[4] + a * t[8] + b * t[12]
+            radius = after if past > 0 else before
+            across = most[k] + radius
             length = sqrt(across * across + run * run)
             distance = length - radius
-            if edge[k] <= 0:  # inside all tangent lines: the shallowest edge, or an arc met radially
-                distance, across, run, length = edge[k], 1.0, 0.0, 1.0
-                for j in range(breaks):
-                    g = j * columns + c
-                    radius = t[5, g] + a * t[9, g] + b * t[13, g]
-                    h = h0[j, c] + a * h1[j, c] + b * h2[j, c]
-                    u = (n_north[j, c] * north[i] + n_east[j, c] * east[i] - h) + radius
-                    centre = t[3, g] + a * t[7, g] + b * t[11, g]
-                    w = t[0, g] * east[i] - t[1, g] * north[i] - centre
-                    if w < 0 or u * sin_width[j, c] < w * cos_width[j, c]:
+            if most[k] <= 0:  # inside all tangent lines: the shallowest edge, or an arc met radially
+                distance, across, run, length = most[k], 1.0, 0.0, 1.0
+                for j in range(edges.shape[1]):
+                    e, s = edges[c, j], ends[c, j]
+                    radius = s[5] + a * s[9] + b * s[13]
+                    u = (e[0] * x + e[1] * y - (e[2] + a * e[3] + b * e[4])) + radius
+                    w = s[0] * y - s[1] * x - (s[3] + a * s[7] + b * s[11])
+                    if w < 0 or u * s[15] < w * s[14]:
                         continue
                     reach = sqrt(u * u + w * w)
                     if reach > 0 and reach - radius > distance:
-                        distance, across, run, length, f = reach - radius, u, w, reach, g
+                        distance, across, run, length, t = reach - radius, u, w, reach, s
             out[0, i] = distance
-            out[1, i] = (across * t[0, f] - run * t[1, f]) / length
-            out[2, i] = (across * t[1, f] + run * t[0, f]) / length
+            out[1, i] = (across * t[0] - run * t[1]) / length
+            out[2, i] = (across * t[1] + run * t[0]) / length
