@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from companion.messages import FloatArray
-from models.support_graph import Layers, grid_angles
+from models.layers import Layers, grid_angles
 
 ROUNDING = 1e-12
 

@@ -30,7 +30,7 @@ flanks, the front arc and the hull's edges get directions of their own, computed
 Said plainly: for this ship the exact set has a closed form too and costs less than the network. The
 network is the paper's method made safe, and the pattern for models whose sets are not cheap.
 """
-BINS_M = np.geomspace(0.5, 2000.0, 13)
+BINS = np.geomspace(0.1, 400.0, 13)  # of delta
 PER_BIN = 3000
 
 
@@ -58,7 +58,7 @@ def _picture_errors(model: Path, settings: Spec) -> None:
     left, right = figure.subplots(1, 2)
     rng = np.random.default_rng((settings.seed, 2))
     middle, under, over, turned = [], [], [], []
-    for low, high in pairwise(BINS_M):
+    for low, high in pairwise(BINS * settings.field.delta_m):
         rows = sampling.place(rng, sampling.ships(rng, PER_BIN, settings.domain), low, high)
         distance, away, _ = _answers(model, rows)
         true_distance, true_away = sampling.exact(rows)
@@ -148,7 +148,8 @@ Made by `companion train models/{name}.toml`: seed {metadata.training_seed}, {so
 {WHAT_IS_LEARNED if metadata.kind == "support" else ""}
 ## Against the exact field
 
-Through onnxruntime, 5 to 10 m from the set, over the whole domain of the inputs below.
+Through onnxruntime, over the whole domain of the inputs below, {metadata.delta_m:g} to
+{2 * metadata.delta_m:g} m from the set (delta to twice delta).
 
 {_errors(metadata.error)}
 

@@ -15,7 +15,7 @@ from companion.planning.certificate import Certificate
 from companion.planning.model_file import METADATA_KEY, Metadata, decode_metadata, read_bytes
 from companion.planning.onnx_weights import float_constants, metadata_text
 from models.bounds import enclose
-from models.support_graph import Layers, mirrored
+from models.layers import Layers, mirrored
 
 CELL_WIDTH = 1e-7
 SLACK = 1e-7  # the checker's method is a little looser than ours

@@ -10,17 +10,17 @@ from models import sampling
 from models.spec import Spec
 
 POINTS = 40_000
-NEAR_M = (5.0, 10.0)
 
 
 def errors(model: onnx.ModelProto, spec: Spec) -> dict[str, float]:
-    """Distance, direction and magnitude errors at 5 to 10 m from the set, over the whole domain."""
+    """Distance, direction and magnitude errors between delta and twice delta from the set."""
     session = open_session(model.SerializeToString(), spec.name)
+    near_m, far_m = spec.field.delta_m, 2 * spec.field.delta_m
     rng = np.random.default_rng((spec.seed, 1))
-    rows = sampling.place(rng, sampling.ships(rng, POINTS, spec.domain), *NEAR_M)
+    rows = sampling.place(rng, sampling.ships(rng, POINTS, spec.domain), near_m, far_m)
     distance, away, velocity = session.run(OUTPUTS, {INPUT: rows})
     true_distance, true_away = sampling.exact(rows)
-    near = (true_distance >= NEAR_M[0] - 0.1) & (true_distance <= NEAR_M[1] + 0.1)
+    near = (true_distance >= 0.98 * near_m) & (true_distance <= 1.02 * far_m)
     under = (true_distance - distance)[near]
     turned = degrees_between(away, true_away)[near]
     strength = repulsion_strength(true_distance, spec.field.k_r, spec.field.delta_m)

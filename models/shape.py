@@ -14,9 +14,9 @@ from torch import nn
 from companion.messages import FloatArray
 from models.bounds import teacher
 from models.checkpoint import Checkpoint
+from models.layers import Layers
 from models.loop import Progress, descend
 from models.spec import SupportSpec
-from models.support_graph import Layers
 
 
 def train(spec: SupportSpec, checkpoint: Checkpoint | None, progress: Progress) -> Layers:

@@ -21,10 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import onnx
-from numpy.typing import NDArray
 
-from companion.messages import FloatArray
 from companion.planning.rows import COLUMNS
+from models.layers import Layers, grid_angles, mirrored
 from models.onnx_graph import GraphBuilder
 
 TINY = 1e-6
@@ -55,14 +54,6 @@ ANGLES = 6
 
 
 @dataclass(frozen=True, slots=True)
-class Layers:
-    """The learned network: w scaled to [-1, 1], tanh layers, a linear one to K/2 + 1 corrections."""
-
-    weights: tuple[FloatArray, ...]  # each (inputs, outputs)
-    biases: tuple[FloatArray, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Constants:
     """What is fixed in the graph."""
 
@@ -74,18 +65,6 @@ class Constants:
     unknown_heading_rad: float  # above it the hull counts as its circumscribed circle
     margin_m: float  # outward, for float32: a length, and a share of reach and distance
     margin_relative: float
-
-
-def grid_angles(grid: int) -> FloatArray:
-    """(K,) the grid directions, radians from the course, clockwise."""
-    angles: FloatArray = np.arange(grid, dtype=np.float64) * (2 * np.pi / grid)
-    return angles
-
-
-def mirrored(grid: int) -> NDArray[np.int64]:
-    """(K,) which of the K/2 + 1 learned outputs serves each grid direction."""
-    k = np.arange(grid)
-    return np.minimum(k, grid - k)
 
 
 def build(layers: Layers, constants: Constants, metadata: dict[str, str]) -> onnx.ModelProto:

@@ -1,18 +1,20 @@
 """The certificate of the packaged model: it holds, and nothing near it passes for it."""
 
 import hashlib
+import io
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
+from rich.console import Console
 
 from companion.errors import ModelError
 from companion.planning import certificate
 from companion.planning.certificate import Certificate
 from companion.planning.model_file import read_bytes
 from companion.planning.onnx_weights import float_constants
-from models import certify
+from models import certify, commands
 from models.bounds import enclose, forward, teacher
 
 MODEL = read_bytes("straight")[1]
@@ -96,6 +98,15 @@ def test_an_unreadable_certificate_is_refused(copy: Path) -> None:
 
 def test_making_the_certificate_again_gives_the_same_one(copy: Path) -> None:
     assert certify.run(copy) == HELD
+
+
+def test_the_command_shows_what_is_proven_and_fails_with_a_sentence(copy: Path) -> None:
+    shown = Console(record=True, width=200, file=io.StringIO())
+    assert commands.certify("straight", shown, check_only=True) == 0
+    assert "the whole domain" in shown.export_text()
+    copy.write_bytes(with_weight("weight1", 3, 1e-4))
+    with pytest.raises(ModelError, match="another file"):
+        commands.certify(str(copy), shown, check_only=True)
 
 
 def test_both_proofs_enclose_what_dense_sampling_finds() -> None:
