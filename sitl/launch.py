@@ -63,7 +63,8 @@ def recorded_sea(
     """A recorded log as the sea, with the scenario's vehicle.
 
     Without `start` or `goal` they come from the busiest lane (`sitl.lanes`).  The run may outlast the
-    log by `AFTER_LOG_S`, to finish a crossing: the sets go on, the truth is not known any more.  Raises `ConfigError` when no lane is found.
+    log by `AFTER_LOG_S`, to finish a crossing: the sets go on, the truth is not known any more.
+    Raises `ConfigError` when no lane is found.
     """
     if start is None or goal is None:
         crossing = propose(scenario, log)
