@@ -3,10 +3,12 @@
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
 from companion.errors import CompanionError
+from sitl.studies import options as study
 
 EXIT_OK, EXIT_FAILED, EXIT_USAGE = 0, 1, 2
 
@@ -29,6 +31,7 @@ first steps:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one sub-command; the process's exit status."""
     options = _parser().parse_args(argv)
+    options.said = list(sys.argv[1:] if argv is None else argv)
     command: Callable[[argparse.Namespace], int] = options.command
     try:
         return command(options)
@@ -51,6 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_run(commands)
     _add_sitl(commands)
     _add_replay(commands)
+    _add_study(commands)
     return parser
 
 
@@ -136,6 +140,27 @@ def _add_replay(commands: Commands) -> None:  # type: ignore[valid-type]
     p = commands.add_parser("replay", help="re-run a log and compare every decision", description=text)
     p.add_argument("run_folder", type=Path, help="a run folder, or its .mcap file")
     p.set_defaults(command=_replay)
+
+
+# name, help, description, how its options are added, where it runs
+STUDIES: tuple[tuple[str, str, str, Callable[[argparse.ArgumentParser], None], str], ...] = (
+    ("uuv", "the paper's UUV crossing, planner beside planner", study.UUV, study.add_uuv, "sitl.studies.uuv"),
+)
+
+
+def _add_study(commands: Commands) -> None:  # type: ignore[valid-type]
+    text = "Campaigns of many simulated trials: the paper's experiments, and what goes beyond them."
+    p = commands.add_parser("study", help="campaigns of simulated trials", description=text)
+    studies = p.add_subparsers(required=True, metavar="STUDY")
+    for name, short, description, add_options, module in STUDIES:
+        one = studies.add_parser(name, help=short, description=description)
+        add_options(one)
+        one.set_defaults(command=_study, module=module)
+
+
+def _study(options: argparse.Namespace) -> int:
+    run: Callable[[argparse.Namespace], int] = import_module(options.module).run
+    return run(options)
 
 
 def _demo(options: argparse.Namespace) -> int:
