@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import TypeAlias
 
 from companion.errors import CompanionError
 
@@ -54,10 +55,10 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-Commands = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
-def _add_demo(commands: Commands) -> None:  # type: ignore[valid-type]
+def _add_demo(commands: Commands) -> None:
     text = """\
     Cross a sea in lock-step with simulated time, as fast as the machine can.  Everything between the
     sea and the companion is encoded: MAVLink 2 and NMEA 2000 frames on a virtual CAN bus.  Writes a
@@ -84,7 +85,7 @@ def _add_demo(commands: Commands) -> None:  # type: ignore[valid-type]
     p.set_defaults(command=_demo)
 
 
-def _add_run(commands: Commands) -> None:  # type: ignore[valid-type]
+def _add_run(commands: Commands) -> None:
     text = """\
     The process for the companion board.  Options override the file.  It shares the vehicle's system id
     (component 196), never arms, and changes the mode only if the configuration says so.
@@ -112,7 +113,7 @@ def _add_run(commands: Commands) -> None:  # type: ignore[valid-type]
     p.set_defaults(command=_run)
 
 
-def _add_sitl(commands: Commands) -> None:  # type: ignore[valid-type]
+def _add_sitl(commands: Commands) -> None:
     text = """\
     The bundled vehicle, autopilot and ship traffic as a process of its own, for `companion run` to meet
     over UDP MAVLink and a CAN bus.
@@ -131,7 +132,7 @@ def _add_sitl(commands: Commands) -> None:  # type: ignore[valid-type]
     p.set_defaults(command=_sitl)
 
 
-def _add_replay(commands: Commands) -> None:  # type: ignore[valid-type]
+def _add_replay(commands: Commands) -> None:
     text = "Re-run a recorded log through the core and report the first decision that differs, or none."
     p = commands.add_parser("replay", help="re-run a log and compare every decision", description=text)
     p.add_argument("run_folder", type=Path, help="a run folder, or its .mcap file")

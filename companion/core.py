@@ -104,7 +104,7 @@ class Core:
             own,
             to_goal_m,
             self._picture.reports_heard,
-            own is not None and self._water_is_clear(tracks, now, own, reasons),
+            lambda: own is not None and self._water_is_clear(tracks, now, own, reasons),
         )
 
         push = pull = wanted = None
@@ -189,7 +189,7 @@ class Core:
     def _water_is_clear(self, tracks: Tracks, now: Instant, own: OwnState, reasons: list[Reason]) -> bool:
         """Whether the next phase may begin: no ship within delta here, nor overhead until we have risen."""
         phase = self._mission.phase
-        if not len(tracks) or phase not in (Phase.LISTEN, Phase.CROSS):
+        if not len(tracks):
             return True
         rise_s = max(own.depth_m, 0.0) / self._config.vehicle.max_vertical_speed_mps
         sets = reach.tube(tracks, now, tracks.age_s(now) + rise_s)

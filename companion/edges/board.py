@@ -60,9 +60,9 @@ def run(options: Namespace) -> int:
         for spec in config.links.can:
             buses.append(CanBus.open(spec))
             stack.callback(buses[-1].close)
-        line = stack.enter_context(StatusLine(console))
-        journals: list[Journal] = [line]
         recorder = _recorder(config, companion, console)
+        line = stack.enter_context(StatusLine(console, lambda: _troubles(link, buses, recorder)))
+        journals: list[Journal] = [line]
         if recorder is not None:
             journals.append(stack.enter_context(recorder))
         if options.until_arrived:
@@ -73,7 +73,22 @@ def run(options: Namespace) -> int:
             source, companion.core, companion.encoder, sink, Journals(journals), time.perf_counter
         )
     _say_farewell(console, last, recorder)
+    counts = link.counts + sink.counts
+    for bus in buses:
+        counts += bus.counts
+    counts["loop.skipped_ticks"] = source.skipped
+    said = ", ".join(f"{key} {n}" for key, n in sorted(counts.items()) if n)
+    console.print(f"links and loop: {said or 'nothing to report'}", highlight=False)
     return 0
+
+
+def _troubles(link: MavlinkLink, buses: list[CanBus], recorder: Recorder | None) -> list[str]:
+    """What is broken around the loop, a few words each."""
+    said = [] if link.state in ("up", "closed") else [f"MAVLink {link.state}"]
+    said += [f"CAN {bus.state}" for bus in buses if bus.state not in ("up", "closed")]
+    if recorder is not None and recorder.failed is not None:
+        said.append(recorder.failed)
+    return said
 
 
 def _configuration(options: Namespace) -> Config:
