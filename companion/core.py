@@ -76,7 +76,7 @@ class Core:
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
         self._goal_m: FloatArray | None = None
-        self._last_heartbeat: Instant | None = None
+        self._heartbeat_due: Instant | None = None
         self._told: dict[str, Instant] = {}
 
     @property
@@ -115,8 +115,7 @@ class Core:
         verdict = self._guard.check(
             now, own, self._own.heartbeat, tracks, self._picture.reports_heard, wanted
         )
-        reasons += self._explain(tracks, now, push)
-        reasons += verdict.reasons
+        reasons = [*verdict.reasons, *reasons, *self._explain(tracks, now, push)]  # the last word first
         status = _status(verdict, reasons)
         setpoint = self._setpoint(now, verdict)
         counts = self._counts() if self._is_heartbeat_due(now) else {}
@@ -191,7 +190,9 @@ class Core:
         phase = self._mission.phase
         if not len(tracks):
             return True
-        rise_s = max(own.depth_m, 0.0) / self._config.vehicle.max_vertical_speed_mps
+        vehicle = self._config.vehicle
+        dives = vehicle.cruise_depth_m > 0
+        rise_s = max(own.depth_m, 0.0) / vehicle.max_vertical_speed_mps if dives else 0.0
         sets = reach.tube(tracks, now, tracks.age_s(now) + rise_s)
         distance_m = sets.nearest(own.position_m).distance_m
         clear = float(distance_m.min()) > self._config.field.delta_m + self._config.guard.own_position_error_m
@@ -200,7 +201,8 @@ class Core:
             if phase is Phase.LISTEN:
                 reasons.append(Reason("plan.start_occupied", f"MMSI {mmsi} can be here already: not leaving"))
             else:
-                text = f"MMSI {mmsi} can be overhead before we have surfaced"
+                where = "overhead before we have surfaced" if dives else "at the goal"
+                text = f"MMSI {mmsi} can be {where}"
                 reasons.append(Reason("plan.surface_occupied", text))
         return clear
 
@@ -238,14 +240,19 @@ class Core:
     # ------------------------------------------------------------ what is said
 
     def _is_heartbeat_due(self, now: Instant) -> bool:
-        return self._last_heartbeat is None or elapsed_s(self._last_heartbeat, now) >= HEARTBEAT_S
+        return self._heartbeat_due is None or now >= self._heartbeat_due
+
+    def _next_heartbeat(self, now: Instant) -> Instant:
+        """A second after the last one was due, not after it was sent: ticks come a little late."""
+        planned = after(self._heartbeat_due or now, HEARTBEAT_S)
+        return planned if planned > now else after(now, HEARTBEAT_S)
 
     def _outgoing(
         self, now: Instant, status: Status, reasons: list[Reason], setpoint: Setpoint | None
     ) -> tuple[Outgoing, ...]:
         out: list[Outgoing] = []
         if self.system_id and self._is_heartbeat_due(now):
-            self._last_heartbeat = now
+            self._heartbeat_due = self._next_heartbeat(now)
             out.append(Heartbeat(status))
         if setpoint is not None:
             out.append(setpoint)

@@ -110,6 +110,37 @@ def test_heartbeats_go_out_once_a_second_and_setpoints_every_step() -> None:
     assert sum(isinstance(m, Setpoint) for m in sent) == pytest.approx(100, abs=1)
 
 
+def test_late_ticks_do_not_slow_the_heartbeat() -> None:
+    subject, vehicle = core(), Vehicle()
+    beats = 0
+    for k in range(600):
+        t = Instant(instant(k / 10) + (k * 7919 % 13) * 1_000_000)  # up to 12 ms late
+        data = vehicle.position(k / 10) + vehicle.heartbeat()
+        outgoing = subject.step(Tick(t, (frame(t, data),))).outgoing
+        beats += sum(isinstance(message, Heartbeat) for message in outgoing)
+    assert beats == 60
+
+
+def test_after_a_pause_the_heartbeat_does_not_catch_up() -> None:
+    subject, vehicle = core(), Vehicle()
+    beats = []
+    for t in map(instant, (0.0, 10.0, 10.5, 11.0, 11.1)):
+        outgoing = subject.step(Tick(t, (frame(t, vehicle.heartbeat()),))).outgoing
+        beats.append(any(isinstance(message, Heartbeat) for message in outgoing))
+    assert beats == [True, True, False, True, False]
+
+
+def test_what_closes_the_guard_is_the_first_reason_given() -> None:
+    """A person sees the first few: why nothing moves comes before what is known of the ships."""
+    subject, vehicle = core(vehicle={"cruise_depth_m": 0.0}), Vehicle()
+    sail(subject, 5.0)
+    t = instant(4000.0)
+    decision = subject.step(Tick(t, (frame(t, vehicle.position(4000.0)),)))
+    assert decision.status is Status.CLOSED
+    assert decision.reasons[0].code == "guard.heartbeat_lost"
+    assert any(not reason.code.startswith("guard.") for reason in decision.reasons)
+
+
 @pytest.mark.parametrize("what", ["heartbeat", "position", "mode", "disarmed"])
 def test_when_something_is_lost_setpoints_stop_at_once_or_at_their_limit(what: str) -> None:
     subject, vehicle = core(vehicle={"listen_s": 1.0}), Vehicle()

@@ -49,6 +49,17 @@ def test_listening_counts_only_at_the_surface() -> None:
     assert step(mission, 61 + VEHICLE.listen_s, 0) is Phase.CROSS
 
 
+def test_a_surface_vehicle_is_surfaced_whatever_its_barometer_says() -> None:
+    """Eight metres for every hectopascal of weather; a boat must not wait for ever to come up."""
+    vehicle = config(vehicle={"cruise_depth_m": 0.0}).vehicle
+    mission = Mission(vehicle, GOAL)
+    step(mission, 0, 8.0)
+    step(mission, 1, 8.0)
+    assert step(mission, 1 + vehicle.listen_s, 8.0) is Phase.CROSS
+    step(mission, 100, 8.0, to_goal_m=5.0)
+    assert step(mission, 101, 8.0, to_goal_m=5.0) is Phase.ARRIVED
+
+
 def test_it_surfaces_at_the_goal_only_into_clear_water() -> None:
     mission = crossing()
     assert step(mission, 500, 45, to_goal_m=5.0, is_clear=lambda: False) is Phase.CROSS

@@ -37,7 +37,8 @@ class Mission:
         """
         if own is None or to_goal_m is None or not ready:
             return self.phase  # nothing moves while we do not steer
-        surfaced = own.depth_m <= self._vehicle.surfaced_depth_m
+        # a surface vehicle's depth is its barometer's drift: some metres with every change of weather
+        surfaced = self._vehicle.cruise_depth_m == 0 or own.depth_m <= self._vehicle.surfaced_depth_m
         match self.phase:
             case Phase.WAIT:
                 self.phase = Phase.LISTEN
