@@ -46,9 +46,10 @@ def test_the_guard_knows_nothing_of_field_or_network() -> None:
         "companion.messages",
         "companion.geodesy",
         "companion.reach",
+        "companion.planning.creep",
         "companion.planning.halfspace",
     }
-    for path in (ROOT / "companion/planning/guard.py", ROOT / "companion/planning/halfspace.py"):
+    for path in [ROOT / f"companion/planning/{name}.py" for name in ("guard", "creep", "halfspace")]:
         ours = {n for n in imports(path) if within(n, "companion")}
         strays = {n for n in ours if n not in allowed and n.rpartition(".")[0] not in allowed - {"companion"}}
         assert not strays

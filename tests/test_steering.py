@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 from companion.instant import instant
 from companion.messages import FloatArray, Nearest, Phase, Repulsion, Tracks
 from companion.planning.attraction import attraction
+from companion.planning.creep import CREEP_MPS
 from companion.planning.field import ExactRepulsion
 from companion.planning.horizon import SHORTEST_S, clearing_until_age_s, paper_until_age_s
-from companion.planning.steering import CREEP_MPS, Steering
+from companion.planning.steering import Steering
 from tests.builders import T0, config, own, tracks
 
 GOAL = np.array((1230.0, 0.0))
