@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from companion.config import Autopilot
@@ -37,7 +39,7 @@ def test_the_first_position_is_the_origin_for_good() -> None:
 @pytest.mark.parametrize("missing", ["depth_m", "velocity_ned_mps"])
 def test_a_position_without_depth_or_velocity_does_not_steer(missing: str) -> None:
     own = Ownship(Autopilot())
-    own.observe_position(position(0, **{missing: None}))
+    own.observe_position(replace(position(0), **{missing: None}))
     assert own.state() is None
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from companion.instant import instant
+from companion.instant import Instant, instant
 from companion.messages import FloatArray, Nearest, Phase, Repulsion, Tracks
 from companion.planning.attraction import attraction
 from companion.planning.creep import CREEP_MPS
@@ -60,7 +60,9 @@ class Still:
     def __init__(self, *push: tuple[float, float]) -> None:
         self.push = np.array(push)
 
-    def __call__(self, ships: Tracks, now: object, until: FloatArray, position: FloatArray) -> Repulsion:
+    def __call__(
+        self, tracks: Tracks, now: Instant, until_age_s: FloatArray, position_m: FloatArray
+    ) -> Repulsion:
         speed = np.hypot(*self.push.T)[:, None]
         away = self.push / np.where(speed > 0, speed, 1.0)
         nearest = Nearest(np.full(len(self.push), 50.0), away)
