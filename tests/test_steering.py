@@ -1,4 +1,5 @@
 import math
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from companion.planning.steering import Steering
 from tests.builders import T0, config, own, tracks
 
 GOAL = np.array((1230.0, 0.0))
+READINGS: tuple[Literal["unit", "proportional"], ...] = ("unit", "proportional")
 coordinates = st.floats(-2000, 2000)
 
 
@@ -29,8 +31,8 @@ def test_both_readings_of_the_attraction_are_minus_a_gradient(north: float, east
         d = float(np.hypot(*(at - GOAL)))
         return 2.5 * d * d if reading == "proportional" else 5.0 * d
 
-    for reading in ("unit", "proportional"):
-        pull = attraction(here, GOAL, 5.0, reading)  # type: ignore[arg-type]
+    for reading in READINGS:
+        pull = attraction(here, GOAL, 5.0, reading)
         h = 1e-3
         numeric = [
             (potential(reading, here - step) - potential(reading, here + step)) / (2 * h)
