@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import pymap3d
 
 MAX_RANGE_M = 100_000.0
+_WGS84 = pymap3d.Ellipsoid.from_name("wgs84")  # made once: pymap3d would make it at every call
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +24,7 @@ class LocalFrame:
     def to_local(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
         """North and east in metres."""
         east, north, _ = pymap3d.geodetic2enu(
-            latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0
+            latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0, _WGS84
         )
         return float(north), float(east)
 
