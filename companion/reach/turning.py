@@ -33,6 +33,7 @@ from companion.reach.support import known_turn
 SLAB_S = 10.0
 MOST_SLABS = 40
 APART_RAD = 0.01  # between neighbouring tangents, so that they cross well
+ROUNDING_S = 1e-6  # an age this close to a whole second is that second
 QUARTER = np.pi / 2
 
 
@@ -68,7 +69,7 @@ class TurningShapes:
 
     def between(self, age_s: FloatArray, until_s: FloatArray) -> "TurningSets":
         """The tubes, from the whole second before `age_s` to the one after `until_s`."""
-        start, end = np.floor(age_s), np.ceil(until_s)
+        start, end = np.floor(age_s + ROUNDING_S), np.ceil(until_s - ROUNDING_S)
         arcs = [slabs(*x) for x in zip(self.turns, start.tolist(), end.tolist(), strict=True)]
         return TurningSets(tuple(_still(a, self.kernel) for a in arcs))
 
@@ -169,7 +170,9 @@ def slabs(turn: Turn, start_s: float, end_s: float) -> Arcs:
     swing = turn.heading_error + turn.rate_error * b + abs(turn.rate) * 0.5 * (b - a)
     length = np.repeat(np.hypot(ahead, right)[:, None], count, axis=1)
     drift = max(turn.speed_noise - turn.speed, 0.0) * b  # astern any way: a disc
-    return with_hull(motion, Corners(length, azimuth, known_turn(swing)), turn.position_error + drift)
+    rounding = (turn.speed + turn.speed_noise) * ROUNDING_S
+    margin = turn.position_error + drift + rounding
+    return with_hull(motion, Corners(length, azimuth, known_turn(swing)), margin)
 
 
 def swept_support(turn: Turn, a: FloatArray, b: FloatArray, angle: FloatArray) -> FloatArray:
