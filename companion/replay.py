@@ -36,7 +36,8 @@ class Replayed:
     """What a replay found.
 
     `ticks` were compared.  `first` is None when all were the same.  `complete` is False when the log
-    was seen to break off, and `damage` says what cut it short, if anything did.  `notes` name what is different here that may explain a difference.
+    was seen to break off, and `damage` says what cut it short, if anything did.  `notes` name what is
+    different here that may explain a difference.
     """
 
     ticks: int
