@@ -7,6 +7,7 @@ z down).  Headings and courses clockwise from true north.  "Not available" is `N
 an array whose docstring says so), never a number.
 """
 
+import math
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
@@ -171,6 +172,10 @@ class OwnState:
     def position_m(self) -> FloatArray:
         """(2,) north, east."""
         return np.array((self.north_m, self.east_m))
+
+    def distance_to_m(self, point_m: FloatArray) -> float:
+        """Horizontal distance to a point (2,)."""
+        return math.hypot(point_m[0] - self.north_m, point_m[1] - self.east_m)
 
 
 class Model(IntEnum):

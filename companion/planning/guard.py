@@ -22,6 +22,7 @@ from companion import reach
 from companion.config import Config
 from companion.instant import Instant, elapsed_s
 from companion.messages import AutopilotHeartbeat, FloatArray, OwnState, Reason, Tracks
+from companion.planning.creep import creep
 from companion.planning.halfspace import nearest_velocity
 
 Velocity = tuple[float, float, float]
@@ -66,6 +67,7 @@ class Guard:
             return Verdict(None, False, tuple(missing))
         reasons: list[Reason] = []
         horizontal, distance_m = self._keep_distance(now, own, tracks, np.array(wanted_ned_mps[:2]), reasons)
+        horizontal = creep(horizontal, own, self._vehicle)  # also where the guard itself says "hold"
         down = self._limit_vertical(own, wanted_ned_mps[2], reasons)
         velocity = (float(horizontal[0]), float(horizontal[1]), down)
         changed = math.dist(velocity, wanted_ned_mps) > CHANGE_TOLERANCE_MPS

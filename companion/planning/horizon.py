@@ -2,7 +2,7 @@
 
 `paper`: [t, t0 + T] for every ship, T the configured horizon.
 `clearing`: [t, t + margin * time to clear the ship's corridor at full speed].  The corridor is the
-strip the ship sweeps along its course, as wide as its hull, its position and its course noise make it by then.
+strip the ship sweeps along its course, as wide as its hull and its course noise make it by then.
 A ship is only dangerous until the vehicle has crossed its strip; looking further makes a wall of
 endless traffic that nobody can pass.
 """
