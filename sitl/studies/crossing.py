@@ -11,12 +11,11 @@ import numpy as np
 
 from companion.instant import Instant, instant
 from companion.messages import BoolArray, FloatArray, Tracks
-from companion.reach.shapes import only
 from sitl.studies.case import Crossing
 from sitl.studies.closest import Paths
-from sitl.studies.planners import Planner
 from sitl.studies.ships import Ships
 from sitl.studies.vehicles import Integrator, Lag, Vehicles
+from sitl.studies.wish import Planner
 
 CROWDED = 0.8  # repack when fewer than this share of the vehicles is still under way
 
@@ -30,11 +29,11 @@ class Crossed:
     steered_s: FloatArray  # since the scenario's start; NaN: never
 
 
-def cross(case: Crossing, ships: Ships, make: Callable[[Tracks], Planner]) -> Crossed:
+def cross(case: Crossing, ships: Ships, make: Callable[[Tracks, int], Planner]) -> Crossed:
     """Let every vehicle of the batch cross until it arrives or the time is up."""
     body = _body(case)
     steps = round(case.under_way_s / case.dt_s)
-    m, k = ships.trials, ships.per_trial
+    m = ships.trials
     t_ns = np.array([instant(case.information_s + i * case.dt_s) for i in range(steps + 1)], dtype=np.int64)
     path = np.empty((steps + 1, m, 2))
     last = np.full(m, steps)
@@ -43,7 +42,7 @@ def cross(case: Crossing, ships: Ships, make: Callable[[Tracks], Planner]) -> Cr
     heading = float(np.arctan2(goal[1] - case.start_m[1], goal[0] - case.start_m[0]))
     batch = np.arange(m)  # the trials still computed
     vehicles = Vehicles.at_rest(m, case.start_m, heading)
-    planner = make(ships.reported)
+    planner = make(ships.reported, m)
     velocity = np.zeros((m, 2))
     for step in range(steps + 1):
         path[step, batch] = vehicles.position_m
@@ -54,9 +53,7 @@ def cross(case: Crossing, ships: Ships, make: Callable[[Tracks], Planner]) -> Cr
         if not under_way.any() or step == steps:
             break
         if under_way.mean() < CROWDED:
-            batch = batch[under_way]
-            rows = (batch[:, None] * k + np.arange(k)).ravel()
-            planner = make(only(ships.reported, rows))
+            batch, planner = batch[under_way], planner.only(np.flatnonzero(under_way))
             vehicles, velocity = _those(vehicles, under_way), velocity[under_way]
         now = Instant(int(t_ns[step]))
         wish = planner.wish(now, vehicles.position_m, velocity)

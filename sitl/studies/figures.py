@@ -53,7 +53,7 @@ def snapshots(path: Path, case: Crossing, seed: int, outcomes: Sequence[Outcome]
     trial = min((o for o in outcomes if o.planner in names), key=lambda o: o.to_set_m).trial
     ships = draw(case, seed, range(trial, trial + 1))
     runs = {
-        name: cross(case, ships, lambda tracks, name=name: PLANNERS[name].make(case, tracks, kernel))  # type: ignore[misc]
+        name: cross(case, ships, lambda tracks, m, name=name: PLANNERS[name].make(case, tracks, m, kernel))  # type: ignore[misc]
         for name in names
     }
     figure = Figure(figsize=(12, 7), layout="constrained")

@@ -45,7 +45,11 @@ def add_campaign(p: argparse.ArgumentParser, study: str, trials: int = 20) -> No
 def add_uuv(p: argparse.ArgumentParser) -> None:
     """`companion study uuv`."""
     add_campaign(p, "uuv")
-    p.add_argument("--planners", metavar="A,B,...", help="rows of the table (all)")
+    p.add_argument(
+        "--planners",
+        metavar="A,B,...",
+        help="rows of the table: network,exact,no-uncertainty,improved (these four), orca, search",
+    )
     for name, (choices, text) in READINGS.items():
         p.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{text} (%(default)s)")
 

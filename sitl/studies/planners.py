@@ -4,38 +4,25 @@ The potential-field planners are `companion.planning.steering` as it runs on the
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from companion.instant import Instant
-from companion.messages import BoolArray, FloatArray, Phase, Tracks
+from companion.messages import FloatArray, IntArray, Phase, Tracks
 from companion.planning.field import ExactRepulsion
 from companion.planning.network import NetworkRepulsion
 from companion.planning.steering import Steering
 from companion.reach import choose_kernel
+from companion.reach.shapes import only
 from sitl.studies.case import Crossing
+from sitl.studies.orca import Orca
+from sitl.studies.search import Search
 from sitl.studies.ships import without_uncertainty
 from sitl.studies.vehicles import shortened
+from sitl.studies.wish import Planner, Wish
 
 NOTICED = 0.01  # of full speed: a weaker push did not steer
-
-
-@dataclass(frozen=True, slots=True)
-class Wish:
-    """What the planner wants of m vehicles: `velocity_mps` (m, 2); `steered` (m,): did a ship matter?"""
-
-    velocity_mps: FloatArray
-    steered: BoolArray
-
-
-class Planner(Protocol):
-    """Made for one table of ships, k rows a vehicle."""
-
-    def wish(self, now: Instant, position_m: FloatArray, velocity_mps: FloatArray) -> Wish:
-        """The velocity wanted of every vehicle at `position_m` (m, 2), moving at `velocity_mps` (m, 2)."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +31,15 @@ class FieldPlanner:
 
     steering: Steering
     tracks: Tracks
+    vehicles: int
     goal_m: FloatArray  # (2,)
     max_speed_mps: float
+
+    def only(self, vehicles: IntArray) -> "FieldPlanner":
+        """For some of the vehicles."""
+        k = len(self.tracks) // self.vehicles
+        rows = (vehicles[:, None] * k + np.arange(k)).ravel()
+        return replace(self, tracks=only(self.tracks, rows), vehicles=len(vehicles))
 
     def wish(self, now: Instant, position_m: FloatArray, velocity_mps: FloatArray) -> Wish:  # noqa: ARG002
         """See `Planner`; a point needs no velocity of its own."""
@@ -65,7 +59,7 @@ class Entry:
 
     title: str
     claims_safety: bool
-    make: Callable[[Crossing, Tracks, str], Planner]
+    make: Callable[[Crossing, Tracks, int, str], Planner]
 
 
 def planner_tables(case: Crossing, *, improved: bool) -> dict[str, object]:
@@ -77,30 +71,47 @@ def planner_tables(case: Crossing, *, improved: bool) -> dict[str, object]:
 
 
 def field_planner(
-    case: Crossing, tracks: Tracks, kernel: str, *, improved: bool, network: bool, model: str = "straight"
+    case: Crossing,
+    tracks: Tracks,
+    vehicles: int,
+    kernel: str,
+    *,
+    improved: bool,
+    network: bool,
+    model: str = "straight",
 ) -> FieldPlanner:
     """Steering on these tracks by the network or by the exact sets."""
     slices = case.readings.horizon == "slice" and not improved
     settings = case.settings(planner_tables(case, improved=improved), slices=slices)
     exact = ExactRepulsion(settings.field, choose_kernel("numba" if kernel == "numba" else "numpy"))
     field = NetworkRepulsion.load(model, settings) if network else exact
-    return FieldPlanner(Steering(settings, field), tracks, np.array(case.goal_m), case.max_speed_mps)
+    return FieldPlanner(
+        Steering(settings, field), tracks, vehicles, np.array(case.goal_m), case.max_speed_mps
+    )
 
 
-def _paper(case: Crossing, tracks: Tracks, kernel: str) -> Planner:
-    return field_planner(case, tracks, kernel, improved=False, network=False)
+def _paper(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:
+    return field_planner(case, tracks, vehicles, kernel, improved=False, network=False)
 
 
-def _network(case: Crossing, tracks: Tracks, kernel: str) -> Planner:
-    return field_planner(case, tracks, kernel, improved=False, network=True)
+def _network(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:
+    return field_planner(case, tracks, vehicles, kernel, improved=False, network=True)
 
 
-def _careless(case: Crossing, tracks: Tracks, kernel: str) -> Planner:
-    return field_planner(case, without_uncertainty(tracks), kernel, improved=False, network=False)
+def _careless(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:
+    return field_planner(case, without_uncertainty(tracks), vehicles, kernel, improved=False, network=False)
 
 
-def _improved(case: Crossing, tracks: Tracks, kernel: str) -> Planner:
-    return field_planner(case, tracks, kernel, improved=True, network=True)
+def _improved(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:
+    return field_planner(case, tracks, vehicles, kernel, improved=True, network=True)
+
+
+def _orca(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:  # noqa: ARG001
+    return Orca.of(case, tracks, vehicles)
+
+
+def _search(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:
+    return Search.of(case, tracks, vehicles, kernel)
 
 
 PLANNERS: dict[str, Entry] = {
@@ -108,4 +119,6 @@ PLANNERS: dict[str, Entry] = {
     "exact": Entry("exact", True, _paper),
     "no-uncertainty": Entry("no uncertainty", False, _careless),
     "improved": Entry("improved", True, _improved),
+    "orca": Entry("ORCA", False, _orca),
+    "search": Entry("search", True, _search),
 }

@@ -18,7 +18,7 @@ def step_ms(
 ) -> tuple[float, float]:
     """(p50, max) milliseconds over `STEPS` moments of the straight way across; `clock` in seconds."""
     tracks: Tracks = draw(case, seed, range(1)).reported
-    made = PLANNERS[planner].make(case, tracks, kernel)
+    made = PLANNERS[planner].make(case, tracks, 1, kernel)
     start, goal = np.array([case.start_m]), np.array([case.goal_m])
     taken: list[float] = []
     for share in np.linspace(0.0, 0.95, STEPS + 5):  # the first few warm up

@@ -10,8 +10,9 @@ from companion.messages import Tracks
 from sitl.studies.case import Crossing
 from sitl.studies.closest import to_the_hulls, to_the_sets
 from sitl.studies.crossing import cross
-from sitl.studies.planners import PLANNERS, Planner
+from sitl.studies.planners import PLANNERS
 from sitl.studies.ships import draw
+from sitl.studies.wish import Planner
 
 CHUNK = 100  # trials computed together, whatever the number of jobs: the same numbers for any
 
@@ -48,8 +49,8 @@ def run_part(case: Crossing, seed: int, part: Part, kernel: str = "numpy") -> li
     """Every trial of the part; the same arguments give the same numbers."""
     ships = draw(case, seed, range(part.first, part.first + part.count))
 
-    def make(tracks: Tracks) -> Planner:
-        return PLANNERS[part.planner].make(case, tracks, kernel)
+    def make(tracks: Tracks, vehicles: int) -> Planner:
+        return PLANNERS[part.planner].make(case, tracks, vehicles, kernel)
 
     crossed = cross(case, ships, make)
     sets, hulls = to_the_sets(crossed.paths, ships), to_the_hulls(crossed.paths, ships)

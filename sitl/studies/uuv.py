@@ -13,6 +13,7 @@ from companion.errors import ConfigError
 from sitl.studies import figures
 from sitl.studies.campaign import Campaign, Executor, local_executor
 from sitl.studies.case import Crossing, Readings
+from sitl.studies.cluster import Cluster
 from sitl.studies.planners import PLANNERS
 from sitl.studies.report import show, write
 from sitl.studies.step_time import step_ms
@@ -20,6 +21,7 @@ from sitl.studies.table import PAPER, row
 from sitl.studies.trials import Outcome, Part, parts, run_part
 
 EXIT_OK, EXIT_FAILED = 0, 1
+DEFAULT_PLANNERS = ("network", "exact", "no-uncertainty", "improved")
 TITLE = "UUV crossing of a shipping channel"
 
 
@@ -73,7 +75,8 @@ def run(options: argparse.Namespace) -> int:
 PLANNER_NOTE = """\
 network, exact: the paper's planner by the network and by the exact sets; no uncertainty: the same, speeds
 and courses believed to the letter; improved: the network with a horizon per ship and a pull astern (the
-product's default).  The paper's own rows are as printed there."""
+product's default); ORCA: pyrvo on courses and speeds as reported; search: the earliest way through the sets
+of every moment, the bound of what is possible.  The paper's own rows are as printed there."""
 DISTANCE_NOTE = """\
 Distances are horizontal, to the ships' reachable sets of the same moment and to the true hulls, negative
 inside; a hull overlap is horizontal too, with the vertical clearance beside it.  Times run from the
@@ -89,7 +92,7 @@ def case_of(options: argparse.Namespace) -> Crossing:
 
 def planners_of(options: argparse.Namespace) -> tuple[str, ...]:
     """The planners asked for, or all; raises `ConfigError` for one there is not."""
-    names: Sequence[str] = options.planners.split(",") if options.planners else tuple(PLANNERS)
+    names: Sequence[str] = options.planners.split(",") if options.planners else DEFAULT_PLANNERS
     for name in names:
         if name not in PLANNERS:
             raise ConfigError(f"--planners {name}: there is {', '.join(PLANNERS)}")
@@ -98,4 +101,4 @@ def planners_of(options: argparse.Namespace) -> tuple[str, ...]:
 
 def executor_of(options: argparse.Namespace) -> Executor:
     """Where the work is done."""
-    return local_executor(options.jobs)
+    return Cluster(options.cluster) if options.cluster else local_executor(options.jobs)
