@@ -5,8 +5,9 @@ Model for the REMUS Autonomous Underwater Vehicle", MIT/WHOI 2001, scaled to 2 m
 body: a coefficient that multiplies lengths to the k-th power grows by (2 / 1.33)^k.  The terms linear in sway
 and yaw are those of the steering model of L. Fodrea, "Obstacle avoidance control for the REMUS autonomous
 underwater vehicle", NPS 2002 (Y_v -66.6, Y_r 2.2, N_v -4.47, N_r -6.87 at 1.543 m/s), with which it holds a
-straight course; the pitch plane has the same, as the fins are a cross.  They include what the water that moves
-along does (Munk's moment), which is in C(nu) here: the lift of body and fins is left.  Weight equals buoyancy.
+straight course; the pitch plane has the same, as the fins are a cross.  They include what the water that
+moves along does (Munk's moment), which is in C(nu) here: the lift of body and fins is left.  Weight equals
+buoyancy.
 """
 
 from dataclasses import dataclass

@@ -184,14 +184,16 @@ def test_the_boats_energy_changes_by_the_work_done_on_it(
     u: float, v: float, r: float, thrust: float, moment: float
 ) -> None:
     def rate(x: tuple[float, ...]) -> tuple[float, ...]:
-        d = boat.drag(*x[:3])
-        power = (thrust - d[0]) * x[0] - d[1] * x[1] + (moment - d[2]) * x[2]
-        return (*boat.acceleration(*x[:3], thrust, moment), power)
+        surge, sway, yaw, _ = x
+        d = boat.drag(surge, sway, yaw)
+        power = (thrust - d[0]) * surge - d[1] * sway + (moment - d[2]) * yaw
+        return (*boat.acceleration(surge, sway, yaw, thrust, moment), power)
 
-    x = (u, v, r, 0.0)
+    x: tuple[float, ...] = (u, v, r, 0.0)
     for _ in range(100):
         x = runge_kutta(rate, x, 0.02)
-    assert boat.energy_j(*x[:3]) - boat.energy_j(u, v, r) == pytest.approx(x[3], rel=1e-4, abs=1e-2)
+    gained = boat.energy_j(x[0], x[1], x[2]) - boat.energy_j(u, v, r)
+    assert gained == pytest.approx(x[3], rel=1e-4, abs=1e-2)
 
 
 def sail(hull: Dynamics, demand: Demand | None, seconds: float, heading: float = 0.0) -> VehicleState:
@@ -205,7 +207,7 @@ def sail(hull: Dynamics, demand: Demand | None, seconds: float, heading: float =
 @given(st.floats(-2, 2), st.floats(-2, 2))
 def test_a_boat_turns_velocity_into_heading_and_speed(north: float, east: float) -> None:
     state = sail(Boat(), Demand((north, east, 0.5)), 60.0)
-    wanted = math.hypot(north, east)
+    wanted = min(math.hypot(north, east), 2.5)
     assert state.depth_m == 0.0
     if wanted < 0.1:
         return

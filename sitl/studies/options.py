@@ -11,13 +11,18 @@ UUV = """\
     Exit status 1 when a planner that claims safety came within delta of a reachable set.
 """
 
+UGV = """\
+    The paper's ground-vehicle case in both variants, by its own network (models/paper4x16), and what the gain
+    K_r does.  Exit status 1 when a planner that claims safety came within delta.
+"""
+
 READINGS = {
     "ships": (("convoy", "stream"), "5 ships a lane, or lanes without end"),
     "attraction": (("unit", "proportional"), "K_p whatever the distance, or K_p times the distance"),
     "obstacle": (("hull", "centre"), "whose reachable set"),
     "horizon": (("tube", "slice", "per-ship"), "of the paper's planners' sets"),
     "noise": (("constant", "interval", "white", "none"), "of the true ships: constant is the worst case"),
-    "vehicle": (("integrator", "lag", "sitl"), "sitl: the bundled vehicle through its MAVLink link"),
+    "vehicle": (("integrator", "lag"), "x' = u, or a lag of 2 s and at most 0.2 rad/s"),
 }
 
 
@@ -52,6 +57,12 @@ def add_uuv(p: argparse.ArgumentParser) -> None:
     )
     for name, (choices, text) in READINGS.items():
         p.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{text} (%(default)s)")
+
+
+def add_ugv(p: argparse.ArgumentParser) -> None:
+    """`companion study ugv`."""
+    add_campaign(p, "ugv", trials=200)
+    p.add_argument("--vehicle", choices=("integrator", "lag"), default="integrator", help="(%(default)s)")
 
 
 def _count(text: str) -> int:

@@ -78,13 +78,14 @@ def field_planner(
     *,
     improved: bool,
     network: bool,
-    model: str = "straight",
 ) -> FieldPlanner:
     """Steering on these tracks by the network or by the exact sets."""
     slices = case.readings.horizon == "slice" and not improved
     settings = case.settings(planner_tables(case, improved=improved), slices=slices)
-    exact = ExactRepulsion(settings.field, choose_kernel("numba" if kernel == "numba" else "numpy"))
-    field = NetworkRepulsion.load(model, settings) if network else exact
+    exact = ExactRepulsion(
+        settings.field, choose_kernel("numba" if kernel == "numba" else "numpy"), case.singular_gap_m
+    )
+    field = NetworkRepulsion.load(case.model, settings) if network else exact
     return FieldPlanner(
         Steering(settings, field), tracks, vehicles, np.array(case.goal_m), case.max_speed_mps
     )

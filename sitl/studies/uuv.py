@@ -11,9 +11,9 @@ from rich.progress import Progress
 
 from companion.errors import ConfigError
 from sitl.studies import figures
-from sitl.studies.campaign import Campaign, Executor, local_executor
+from sitl.studies.campaign import Campaign
 from sitl.studies.case import Crossing, Readings
-from sitl.studies.cluster import Cluster
+from sitl.studies.places import executor_of
 from sitl.studies.planners import PLANNERS
 from sitl.studies.report import show, write
 from sitl.studies.step_time import step_ms
@@ -97,8 +97,3 @@ def planners_of(options: argparse.Namespace) -> tuple[str, ...]:
         if name not in PLANNERS:
             raise ConfigError(f"--planners {name}: there is {', '.join(PLANNERS)}")
     return tuple(names)
-
-
-def executor_of(options: argparse.Namespace) -> Executor:
-    """Where the work is done."""
-    return Cluster(options.cluster) if options.cluster else local_executor(options.jobs)
