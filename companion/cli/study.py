@@ -22,6 +22,7 @@ class Study(NamedTuple):
 STUDIES = (
     Study("uuv", "the paper's UUV crossing, planner beside planner", of.UUV, of.add_uuv, "sitl.studies.uuv"),
     Study("ugv", "the paper's ground-vehicle case", of.UGV, of.add_ugv, "sitl.studies.ugv"),
+    Study("age", "how old information may be", of.AGE, of.add_age, "sitl.studies.age"),
 )
 
 

@@ -16,6 +16,13 @@ UGV = """\
     K_r does.  Exit status 1 when a planner that claims safety came within delta.
 """
 
+AGE = """\
+    The vehicle at the edge of endless traffic with information 0 to 600 s old: it rehearses the crossing on the
+    sets to come, and holds when there is no safe way.  Exit status 1 when it came within delta all the same.
+"""
+
+PLANNERS = "rows: network,exact,no-uncertainty,improved (these four), improved-exact, rehearsed, orca, search"
+
 READINGS = {
     "ships": (("convoy", "stream"), "5 ships a lane, or lanes without end"),
     "attraction": (("unit", "proportional"), "K_p whatever the distance, or K_p times the distance"),
@@ -53,10 +60,15 @@ def add_uuv(p: argparse.ArgumentParser) -> None:
     p.add_argument(
         "--planners",
         metavar="A,B,...",
-        help="rows of the table: network,exact,no-uncertainty,improved (these four), orca, search",
+        help=PLANNERS,
     )
     for name, (choices, text) in READINGS.items():
         p.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{text} (%(default)s)")
+
+
+def add_age(p: argparse.ArgumentParser) -> None:
+    """`companion study age`."""
+    add_campaign(p, "age", trials=100)
 
 
 def add_ugv(p: argparse.ArgumentParser) -> None:

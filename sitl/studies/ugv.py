@@ -87,9 +87,7 @@ def run(options: argparse.Namespace) -> int:
             rows.append(row(f"{name}, {variant}", outcomes, case.delta_m))
             within = [o.trial for o in outcomes if o.to_set_m < case.delta_m]
             if PLANNERS[name].claims_safety and within:
-                failures.append(
-                    f"{name}, {variant}: within delta in {len(within)} layouts: {within[0]}"
-                )
+                failures.append(f"{name}, {variant}: within delta in {len(within)} layouts: {within[0]}")
     for variant in VARIANTS:
         for attraction in ("unit", "proportional"):
             for k_r in SENSITIVITY:
