@@ -17,7 +17,7 @@ UGV = """\
 """
 
 AGE = """\
-    The vehicle at the edge of endless traffic with information 0 to 600 s old: it rehearses the crossing on the
+    The vehicle at the edge of endless traffic with information 0 to 600 s old: it rehearses the way on the
     sets to come, and holds when there is no safe way.  Exit status 1 when it came within delta all the same.
 """
 
@@ -29,7 +29,10 @@ READINGS = {
     "obstacle": (("hull", "centre"), "whose reachable set"),
     "horizon": (("tube", "slice", "per-ship"), "of the paper's planners' sets"),
     "noise": (("constant", "interval", "white", "none"), "of the true ships: constant is the worst case"),
-    "vehicle": (("integrator", "lag"), "x' = u, or a lag of 2 s and at most 0.2 rad/s"),
+    "vehicle": (
+        ("integrator", "lag", "sitl"),
+        "x' = u; a lag of 2 s and at most 0.2 rad/s; or the bundled vehicle through its MAVLink link",
+    ),
 }
 
 

@@ -18,7 +18,7 @@ from sitl.studies.planners import PLANNERS
 from sitl.studies.report import show, write
 from sitl.studies.step_time import step_ms
 from sitl.studies.table import PAPER, row
-from sitl.studies.trials import Outcome, Part, parts, run_part
+from sitl.studies.trials import CHUNK, Outcome, Part, parts, run_part
 
 EXIT_OK, EXIT_FAILED = 0, 1
 DEFAULT_PLANNERS = ("network", "exact", "no-uncertainty", "improved")
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
         "kernel": options.kernel,
     }
     work = partial(run_part, case, options.seed, kernel=options.kernel)
-    todo = parts(names, options.trials)
+    todo = parts(names, options.trials, 1 if case.readings.vehicle == "sitl" else CHUNK)
     began = time.perf_counter()
     campaign = Campaign(options.out, identity, Part, Outcome)
     with Progress(console=console, transient=True) as bar:
