@@ -1,0 +1,131 @@
+"""Where each ship can be, instant by instant: many ships at many instants in one question.
+
+`sets.at` answers for all ships at one instant.  A manoeuvre asks at a hundred, so here every question
+names its own row, age and point.  Beside the distance it gives how fast the set can come on: the
+support of its velocities in the direction of the point.
+
+For STRAIGHT and DISC the set at age t is  o0 + t K + H  with convex K and H.  Then
+
+    d(x, t) = max over unit n of  n . (x - o0) - t h_K(n) - h_H(n)
+
+is convex in position and time together, and along a straight run at velocity v it is nowhere below
+its tangent, whose slope is  n . v - h_K(n):  exact between instants, without a Lipschitz constant.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.instant import Instant
+from companion.messages import FloatArray, IntArray, Model, Tracks
+from companion.reach.disc import disc_distances
+from companion.reach.interface import Distances
+from companion.reach.kernel import Kernel, nearest
+from companion.reach.shapes import Prepared, prepare
+from companion.reach.straight import StraightShapes
+from companion.reach.support import support_motion
+
+
+@dataclass(frozen=True, slots=True)
+class Slices:
+    """The sets of `tracks` at any age; rows are theirs.
+
+    `drift_mps` (n, 2) and `spread_mps` (n,): the set at age t lies within `spread t + size_m` of
+    o0 + t drift, as long as the age is at most `validity_s`; later it grows by `top_speed_mps` on all
+    sides.  Rows that are neither STRAIGHT nor DISC are taken as discs that grow at the ship's speed.
+    """
+
+    tracks: Tracks
+    drift_mps: FloatArray
+    spread_mps: FloatArray
+    size_m: FloatArray
+    hull_m: FloatArray
+    straight: StraightShapes | None
+    place: IntArray  # (n,) of a row among the straight ones; -1: it is a disc
+
+    @classmethod
+    def of(cls, tracks: Tracks, kernel: Kernel = nearest) -> "Slices":
+        """Prepare what only a new report changes."""
+        prepared = prepare(tracks, kernel)
+        straight, rows = _straight(prepared, len(tracks))
+        place = np.full(len(tracks), -1, dtype=np.int64)
+        place[rows] = np.arange(len(rows))
+        is_straight = place >= 0
+        fast = tracks.sog_mps + tracks.speed_noise_mps
+        course = np.column_stack((np.cos(tracks.cog_rad), np.sin(tracks.cog_rad)))
+        drift = np.where(is_straight[:, None], tracks.sog_mps[:, None] * course, 0.0)
+        aside = tracks.speed_noise_mps + 2 * fast * np.sin(0.5 * tracks.course_noise_rad)
+        roaming = np.where(tracks.model == Model.DISC, tracks.disc_speed_mps, fast)
+        return cls(
+            tracks,
+            drift,
+            np.where(is_straight, aside, roaming),
+            prepared.disc_margin_m,
+            prepared.hull_m,
+            straight,
+            place,
+        )
+
+    def __len__(self) -> int:
+        return len(self.tracks)
+
+    def age_s(self, now: Instant) -> FloatArray:
+        """(n,) seconds since each report; may be negative for one measured just now."""
+        return np.asarray((now - self.tracks.measured_at_ns) * 1e-9)
+
+    def grown_m(self, rows: IntArray, age_s: FloatArray) -> FloatArray:
+        """What is added on all sides beyond the validity; 0 before."""
+        beyond = age_s - self.tracks.validity_s[rows]
+        turned = np.where(self.tracks.model[rows] == Model.DISC, 0.0, self.hull_m[rows])
+        return np.where(beyond > 0, self.tracks.top_speed_mps[rows] * beyond + turned, 0.0)
+
+    def distances(
+        self, rows: IntArray, age_s: FloatArray, until_s: FloatArray, north_m: FloatArray, east_m: FloatArray
+    ) -> Distances:
+        """Signed distances and directions (m,) from the tubes [age_s, until_s] of `rows` to points, all (m,)."""
+        validity = self.tracks.validity_s[rows]
+        age = np.minimum(np.maximum(age_s, 0.0), validity)
+        until = np.minimum(np.maximum(until_s, age), validity)
+        north, east = north_m - self.tracks.north_m[rows], east_m - self.tracks.east_m[rows]
+        place = self.place[rows]
+        is_disc = place < 0
+        if self.straight is None:
+            found = disc_distances(north, east, self.spread_mps[rows] * until + self.size_m[rows])
+        elif not is_disc.any():
+            found = self._straight(place, age, until, north, east)
+        else:
+            discs = disc_distances(north, east, self.spread_mps[rows] * until + self.size_m[rows])
+            arcs = self._straight(np.maximum(place, 0), age, until, north, east)
+            found = tuple(np.where(is_disc, a, b) for a, b in zip(discs, arcs, strict=True))  # type: ignore[assignment]
+        return found[0] - self.grown_m(rows, np.maximum(until_s, age_s)), found[1], found[2]
+
+    def advance_mps(
+        self, rows: IntArray, age_s: FloatArray, away_north: FloatArray, away_east: FloatArray
+    ) -> FloatArray:
+        """(m,) how fast the set's edge can advance in the direction of the point: h_K(n)."""
+        tracks = self.tracks
+        angle = np.arctan2(away_east, away_north) - tracks.cog_rad[rows]
+        slow = tracks.sog_mps[rows] - tracks.speed_noise_mps[rows]
+        fast = tracks.sog_mps[rows] + tracks.speed_noise_mps[rows]
+        along = support_motion(slow, fast, tracks.course_noise_rad[rows], angle)
+        within = np.where(self.place[rows] >= 0, along, self.spread_mps[rows])
+        return np.where(age_s > tracks.validity_s[rows], tracks.top_speed_mps[rows], within)
+
+    def _straight(
+        self, place: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
+    ) -> Distances:
+        assert self.straight is not None
+        shapes = self.straight
+        slow, fast = shapes.slow_mps[place], shapes.fast_mps[place]
+        near = np.minimum(age * slow, until * slow)
+        if len(place) == 1:
+            return shapes.kernel(shapes.arcs.only(int(place[0])), near, until * fast, north, east)
+        return shapes.kernel(shapes.arcs.take(place), near, until * fast, north, east)
+
+
+def _straight(prepared: Prepared, n: int) -> tuple[StraightShapes | None, IntArray]:
+    """The straight contacts' shapes and their rows."""
+    for rows, shapes in prepared.parts:
+        if isinstance(shapes, StraightShapes):
+            return shapes, np.arange(n) if rows is None else rows
+    return None, np.zeros(0, dtype=np.int64)
