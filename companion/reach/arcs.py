@@ -47,8 +47,8 @@ class Arcs:
         h0, h1, h2 = self.support
         return h0 + r1 * h1 + r2 * h2
 
-    def take(self, rows: IntArray) -> "Arcs":
-        """The sets of some rows (m,), in that order; a row may come more than once."""
+    def take(self, rows: IntArray, packed: bool) -> "Arcs":
+        """The sets of some rows (m,), in that order, repeated or not; `packed`: for the compiled kernel too."""
         h0, h1, h2 = self.support
         table = self.table.reshape(len(self.table), *self.north.shape)[:, :, rows]
         return Arcs(
@@ -59,7 +59,7 @@ class Arcs:
             cos_width=self.cos_width[:, rows],
             sin_width=self.sin_width[:, rows],
             column=np.arange(len(rows)),
-            packed=(self.packed[0][rows], self.packed[1][rows]),
+            packed=(self.packed[0][rows], self.packed[1][rows]) if packed else self.packed,
         )
 
     def only(self, i: int) -> "Arcs":

@@ -25,6 +25,8 @@ from companion.reach.shapes import Prepared, prepare
 from companion.reach.straight import StraightShapes
 from companion.reach.support import support_motion
 
+SHIP_BY_SHIP = 12  # from so many questions a ship on, its set is not copied for each
+
 
 @dataclass(frozen=True, slots=True)
 class Slices:
@@ -118,9 +120,17 @@ class Slices:
         shapes = self.straight
         slow, fast = shapes.slow_mps[place], shapes.fast_mps[place]
         near = np.minimum(age * slow, until * slow)
-        if len(place) == 1:
-            return shapes.kernel(shapes.arcs.only(int(place[0])), near, until * fast, north, east)
-        return shapes.kernel(shapes.arcs.take(place), near, until * fast, north, east)
+        far = until * fast
+        order = np.argsort(place, kind="stable")
+        first = np.flatnonzero(np.diff(place[order], prepend=-1))
+        if len(place) < SHIP_BY_SHIP * len(first) and len(first) > 1:
+            arcs = shapes.arcs.take(place, packed=shapes.kernel is not nearest)
+            return shapes.kernel(arcs, near, far, north, east)
+        out = np.empty((3, len(place)))
+        for some in np.split(order, first[1:]):
+            arcs = shapes.arcs.only(int(place[some[0]]))
+            out[:, some] = shapes.kernel(arcs, near[some], far[some], north[some], east[some])
+        return out[0], out[1], out[2]
 
 
 def _straight(prepared: Prepared, n: int) -> tuple[StraightShapes | None, IntArray]:

@@ -16,6 +16,7 @@ from companion.config import Config
 from companion.instant import Instant, instant
 from companion.messages import AutopilotHeartbeat, FloatArray, OwnState, Tracks
 from companion.planning.guard import Guard, Velocity, Verdict
+from companion.reach.kernel import Kernel, nearest
 from sitl.closest import to_hulls
 from sitl.studies.lanes_picture import Lanes
 from sitl.vehicle import Boat, Demand, Dynamics, Limits, Submarine, VehicleState
@@ -23,7 +24,7 @@ from sitl.vehicle import Boat, Demand, Dynamics, Limits, Submarine, VehicleState
 PLANNERS = ("random", "adversarial", "frozen", "bow", "nan", "silent")
 PlannerKind = Literal["random", "adversarial", "frozen", "bow", "nan", "silent"]
 SIM_S = 0.1
-NEAR_M = 40.0  # nearer than this every simulated step is measured, else every step of the guard
+NEAR_M = 15.0  # nearer than this every simulated step is measured, else every step of the guard
 
 Planner = Callable[[float, OwnState, Tracks, Instant], Velocity | None]
 Ask = Callable[[Instant, OwnState, AutopilotHeartbeat, Tracks, Velocity | None], Verdict]
@@ -41,9 +42,9 @@ class Outcome:
     viable: bool
 
 
-def asking(config: Config) -> Ask:
+def asking(config: Config, kernel: Kernel = nearest) -> Ask:
     """The project's guard as something to ask."""
-    guard = Guard(config)
+    guard = Guard(config, kernel)
     return lambda now, own, beat, tracks, wanted: guard.check(now, own, beat, tracks, 1, wanted)
 
 
@@ -73,7 +74,7 @@ def run_trial(
         assert verdict.velocity_ned_mps is not None
         vehicle.send(t, verdict.velocity_ned_mps)
         for k in range(round(period_s / SIM_S)):
-            if k == 0 or sets_m < NEAR_M:
+            if sets_m < NEAR_M or k == 0:
                 at = instant(t + k * SIM_S)
                 here = vehicle.true_m
                 sets_m = float(reach.at(tracks, at).nearest(here).distance_m.min())

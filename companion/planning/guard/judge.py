@@ -27,7 +27,7 @@ from companion.reach import Slices
 from companion.reach.kernel import Kernel, nearest
 
 CHANGE_TOLERANCE_MPS = 1e-6  # below this a velocity counts as let through unchanged
-SEARCH_AGAIN_S = 0.5  # after a search found nothing
+SEARCH_AGAIN_S = 1.0  # after a search found nothing
 
 
 class Guard:

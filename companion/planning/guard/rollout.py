@@ -18,6 +18,7 @@ FINE_S = 0.5  # step while it may turn
 COARSE_S = 2.0
 COARSER_S = 4.0  # from COARSE_UNTIL_S on
 COARSE_UNTIL_S = 120.0
+EVERY_UNTIL_S = 3.0  # so long every fine step is a point of the path
 HELD_STEP_S = 0.25
 STILL_MPS = 0.05  # a slower command gives no direction to turn to
 MOVING_MPS = 0.3  # a faster vehicle tells its heading by its motion
@@ -110,7 +111,11 @@ class Runner:
         last = coarse[-1] if len(coarse) else end_s
         coarser = np.arange(last + COARSER_S, length_s + 1e-9, COARSER_S)
         self._straight_s = np.concatenate((coarse, coarser)) - end_s
-        self.t_s = np.concatenate((np.zeros(1), self._turned_s, coarse, coarser))
+        # of the fine steps every other is enough to check, once speed and heading change no faster
+        t = np.concatenate((np.zeros(1), self._turned_s, coarse, coarser))
+        self._kept = np.flatnonzero((t <= EVERY_UNTIL_S) | (t >= end_s) | (np.arange(len(t)) % 2 == 0))
+        self.t_s = t[self._kept]
+        self._all_s = t
 
     def heading_rad(self, start: Motion, direction_rad: float, speed_mps: float, t_s: float) -> float:
         """The heading `t_s` into one such run."""
@@ -144,11 +149,12 @@ class Runner:
             -self._straight_s / self._lag
         )
         zero = np.zeros((len(direction_rad), 1))
-        aside = self._lag * -np.expm1(-self.t_s / self._lag)
+        aside = self._lag * -np.expm1(-self._all_s / self._lag)
         north = np.hstack((zero, turned_north, turned_north[:, -1:] + far * np.cos(final)))
         east = np.hstack((zero, turned_east, turned_east[:, -1:] + far * np.sin(final)))
+        kept = self._kept
         return (
-            start.north_m + north + start.aside_north_mps * aside,
-            start.east_m + east + start.aside_east_mps * aside,
-            np.hstack((zero + start.forward_mps, speed, late)),
+            (start.north_m + north + start.aside_north_mps * aside)[:, kept],
+            (start.east_m + east + start.aside_east_mps * aside)[:, kept],
+            np.hstack((zero + start.forward_mps, speed, late))[:, kept],
         )

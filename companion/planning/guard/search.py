@@ -12,7 +12,8 @@ from companion.planning.guard.clearance import Clearance, Paths
 from companion.planning.guard.rollout import Motion, Runner
 from companion.planning.guard.way_out import WayOut, stopped
 
-HEADINGS = 24
+HEADINGS = 16
+SLOW_HEADINGS = 8
 SLOWER = 0.5  # the second speed tried, a share of the first
 STOPS_S = (8.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 300.0)
 TURN_COST_S = 60.0  # a way out against the wanted direction counts as this much longer
@@ -41,9 +42,9 @@ class Search:
         self._stops = np.unique(np.searchsorted(self._runner.t_s, np.array(stops) - 1e-9)).clip(
             max=len(self._runner.t_s) - 1
         )
-        turn = np.arange(HEADINGS) * (2 * math.pi / HEADINGS)
-        self._turn = np.concatenate((turn, turn))
-        self._speeds = np.concatenate((np.full(HEADINGS, speed_mps), np.full(HEADINGS, SLOWER * speed_mps)))
+        turns = [np.arange(k) * (2 * math.pi / k) for k in (HEADINGS, SLOW_HEADINGS)]
+        self._turn = np.concatenate(turns)
+        self._speeds = np.repeat((speed_mps, SLOWER * speed_mps), (HEADINGS, SLOW_HEADINGS))
 
     def toward(
         self,
