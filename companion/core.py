@@ -279,7 +279,7 @@ class Core:
             )
             if len(texts) < MOST_STATUSTEXTS and (last is None or again):
                 self._told[reason.code] = now
-                texts.append(StatusText(4, reason.text[:50]))
+                texts.append(StatusText(4, reason.text))
         return texts
 
     def _counts(self) -> dict[str, int]:

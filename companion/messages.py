@@ -327,7 +327,7 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class StatusText:
-    """A line for the ground station, at most 50 characters; severity as in MAV_SEVERITY."""
+    """A line for the ground station; severity as in MAV_SEVERITY.  The wire cuts it into chunks."""
 
     severity: int
     text: str
