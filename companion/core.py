@@ -5,6 +5,7 @@
 Pure: no clock, no I/O, no randomness.  The same ticks give the same decisions, bit for bit.
 """
 
+import math
 from collections import Counter
 
 import numpy as np
@@ -76,7 +77,8 @@ class Core:
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
         self._goal_m: FloatArray | None = None
-        self._last_heartbeat: Instant | None = None
+        self._goal_range_m = 0.0
+        self._heartbeat_due: Instant | None = None
         self._told: dict[str, Instant] = {}
 
     @property
@@ -97,14 +99,14 @@ class Core:
         tracks = self._tracks(now)
         reasons = self._own.doubts(now) + self._picture.notes(now) + self._requests.notes()
         goal_m = self._goal(reasons)
-        to_goal_m = None if own is None or goal_m is None else float(np.hypot(*(goal_m - own.position_m)))
+        to_goal_m = None if own is None or goal_m is None else own.distance_to_m(goal_m)
         phase = self._mission.advance(
             now,
             self._own.is_ready(now),
             own,
             to_goal_m,
             self._picture.reports_heard,
-            own is not None and self._water_is_clear(tracks, now, own, reasons),
+            lambda: own is not None and self._water_is_clear(tracks, now, own, reasons),
         )
 
         push = pull = wanted = None
@@ -115,8 +117,7 @@ class Core:
         verdict = self._guard.check(
             now, own, self._own.heartbeat, tracks, self._picture.reports_heard, wanted
         )
-        reasons += self._explain(tracks, now, push)
-        reasons += verdict.reasons
+        reasons = [*verdict.reasons, *reasons, *self._explain(tracks, now, push)]  # the last word first
         status = _status(verdict, reasons)
         setpoint = self._setpoint(now, verdict)
         counts = self._counts() if self._is_heartbeat_due(now) else {}
@@ -176,12 +177,11 @@ class Core:
         """(2,) the goal in the local frame, once there is one; a goal out of reach is refused."""
         if self._goal_m is None and self._own.frame is not None:
             goal = self._config.goal
-            self._goal_m = np.array(self._own.frame.to_local(goal.latitude_deg, goal.longitude_deg))
-        if self._goal_m is None:
-            return None
-        distance_m = float(np.hypot(*self._goal_m))
-        if not distance_m <= MAX_RANGE_M:
-            text = f"goal is {distance_m / 1000:.0f} km from the start, at most {MAX_RANGE_M / 1000:.0f} km"
+            north_m, east_m = self._own.frame.to_local(goal.latitude_deg, goal.longitude_deg)
+            self._goal_m, self._goal_range_m = np.array((north_m, east_m)), math.hypot(north_m, east_m)
+        if self._goal_range_m > MAX_RANGE_M:
+            range_km = self._goal_range_m / 1000
+            text = f"goal is {range_km:.0f} km from the start, at most {MAX_RANGE_M / 1000:.0f} km"
             reasons.append(Reason("plan.goal_too_far", text))
             return None
         return self._goal_m
@@ -189,9 +189,11 @@ class Core:
     def _water_is_clear(self, tracks: Tracks, now: Instant, own: OwnState, reasons: list[Reason]) -> bool:
         """Whether the next phase may begin: no ship within delta here, nor overhead until we have risen."""
         phase = self._mission.phase
-        if not len(tracks) or phase not in (Phase.LISTEN, Phase.CROSS):
+        if not len(tracks):
             return True
-        rise_s = max(own.depth_m, 0.0) / self._config.vehicle.max_vertical_speed_mps
+        vehicle = self._config.vehicle
+        dives = vehicle.cruise_depth_m > 0
+        rise_s = max(own.depth_m, 0.0) / vehicle.max_vertical_speed_mps if dives else 0.0
         sets = reach.tube(tracks, now, tracks.age_s(now) + rise_s)
         distance_m = sets.nearest(own.position_m).distance_m
         clear = float(distance_m.min()) > self._config.field.delta_m + self._config.guard.own_position_error_m
@@ -200,7 +202,8 @@ class Core:
             if phase is Phase.LISTEN:
                 reasons.append(Reason("plan.start_occupied", f"MMSI {mmsi} can be here already: not leaving"))
             else:
-                text = f"MMSI {mmsi} can be overhead before we have surfaced"
+                where = "overhead before we have surfaced" if dives else "at the goal"
+                text = f"MMSI {mmsi} can be {where}"
                 reasons.append(Reason("plan.surface_occupied", text))
         return clear
 
@@ -238,14 +241,19 @@ class Core:
     # ------------------------------------------------------------ what is said
 
     def _is_heartbeat_due(self, now: Instant) -> bool:
-        return self._last_heartbeat is None or elapsed_s(self._last_heartbeat, now) >= HEARTBEAT_S
+        return self._heartbeat_due is None or now >= self._heartbeat_due
+
+    def _next_heartbeat(self, now: Instant) -> Instant:
+        """A second after the last one was due, not after it was sent: ticks come a little late."""
+        planned = after(self._heartbeat_due or now, HEARTBEAT_S)
+        return planned if planned > now else after(now, HEARTBEAT_S)
 
     def _outgoing(
         self, now: Instant, status: Status, reasons: list[Reason], setpoint: Setpoint | None
     ) -> tuple[Outgoing, ...]:
         out: list[Outgoing] = []
         if self.system_id and self._is_heartbeat_due(now):
-            self._last_heartbeat = now
+            self._heartbeat_due = self._next_heartbeat(now)
             out.append(Heartbeat(status))
         if setpoint is not None:
             out.append(setpoint)
@@ -271,7 +279,7 @@ class Core:
             )
             if len(texts) < MOST_STATUSTEXTS and (last is None or again):
                 self._told[reason.code] = now
-                texts.append(StatusText(4, reason.text[:50]))
+                texts.append(StatusText(4, reason.text))
         return texts
 
     def _counts(self) -> dict[str, int]:

@@ -1,11 +1,13 @@
 """The gradient network as an ONNX graph with the same inputs and outputs as the support network.
 
-The distance is what the learned force says: eq. (8) solved for d.
+The distance is what the learned force says: eq. (8) solved for d; where the force is saturated it says
+no more than "nearer than the gap", taken as delta.
 """
 
 import numpy as np
 import onnx
 
+from companion.planning.field import SINGULAR_GAP_M
 from companion.planning.rows import COLUMNS
 from models.gradient import Dense
 from models.onnx_graph import GraphBuilder
@@ -43,6 +45,8 @@ def build(
     force = g.op("Max", g.op("Mul", grown, g.constant(floor)), g.constant(LEAST_FORCE))
     g.op("Mul", away, force, output="repulsion")
     gap = g.op("Pow", g.op("Div", g.constant(k_r), force), g.constant(1 / 3))
+    is_saturated = g.op("LessOrEqual", gap, g.constant(1.02 * SINGULAR_GAP_M))
+    gap = g.op("Where", is_saturated, g.constant(0.0), gap)
     g.op("Squeeze", g.op("Add", gap, g.constant(delta_m)), g.index([1]), output="distance_m")
     return g.model(
         {"contacts": ("n", len(COLUMNS))},

@@ -77,7 +77,7 @@ def write(folder: Path) -> Path:
     target.write_text(
         f"""# Latency
 
-One thread, wall clock, on the machine that ran `companion table`; the paper's 75 x 25 m ships. Errors
+One thread, wall clock, on the machine that ran `companion latency`; the paper's 75 x 25 m ships. Errors
 stand in the model cards, [{OURS}]({OURS}.md) and [{BASELINE}]({BASELINE}.md), measured the same way.
 
 {markdown(latencies())}

@@ -1,10 +1,12 @@
 """Small builders for the tests: a track table, a configuration, an own state, with sensible values."""
 
+from typing import Any
+
 import numpy as np
 
 from companion.config import Config, from_mapping
 from companion.instant import Instant, instant
-from companion.messages import AutopilotHeartbeat, OwnState, Tracks
+from companion.messages import AutopilotHeartbeat, FloatArray, OwnState, Tracks
 
 GOAL = {"latitude_deg": 59.71, "longitude_deg": 24.7}
 
@@ -40,19 +42,20 @@ def tracks(*rows: dict[str, float], revision: int = 1) -> Tracks:
     for row in full:
         row.setdefault("heading_rad", row["cog_rad"])
 
-    def column(name: str) -> np.ndarray:  # type: ignore[type-arg]
+    def column(name: str) -> FloatArray:
         return np.array([row[name] for row in full], dtype=np.float64)
 
     whole = {"mmsi", "model"}
+    columns: dict[str, Any] = {
+        name: column(name).astype(np.int64) if name in whole else column(name)
+        for name in (*base, "heading_rad")
+        if name != "measured_at_s"
+    }
     return Tracks(
         revision=revision,
         measured_at_ns=(column("measured_at_s") * 1e9).astype(np.int64),
         names=tuple(f"SHIP {i}" for i in range(len(full))),
-        **{
-            name: column(name).astype(np.int64) if name in whole else column(name)
-            for name in (*base, "heading_rad")
-            if name != "measured_at_s"
-        },
+        **columns,
     )
 
 

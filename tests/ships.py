@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.messages import Tracks
+from companion.messages import Model, Tracks
 from tests.builders import tracks
 
 Points = NDArray[np.complex128]
@@ -68,20 +68,66 @@ def drive(rng: np.random.Generator, ship: Tracks, i: int, age_s: float, until_s:
     return np.asarray(antenna + hull_points(rng, ship, i, count, towards[:, 0]))
 
 
+def random_turns(rng: np.random.Generator, n: int, **fixed: Any) -> Tracks:
+    """n ships that turn at up to about a degree a second."""
+    rate = rng.choice([-1.0, 0.0, 1.0], n) * rng.choice([1e-4, 0.003, 0.01, 0.02], n)
+    columns = {
+        "model": np.full(n, int(Model.TURNING)),
+        "turn_rate_radps": rate,
+        "turn_rate_error_radps": rng.choice([0, 1e-4, 0.001, 0.005], n),
+        "course_noise_rad": rng.choice([0, 0.01, 0.1], n),
+        "heading_error_rad": rng.choice([0, 0.05, 0.5, np.pi], n),
+    }
+    return random_ships(rng, n, **{**columns, **fixed})
+
+
+def swing(rng: np.random.Generator, ship: Tracks, i: int, age_s: float, until_s: float, count: int) -> Points:
+    """As `drive`, for a turning ship: every segment has its own rate of turn, speed and course noise.
+
+    Half of the ships keep one rate, at a bound or within; the displacement is the exact integral.
+    """
+    tau = np.where(
+        rng.random(count) < 0.7, rng.choice([age_s, until_s], count), rng.uniform(age_s, until_s, count)
+    )
+    part = rng.dirichlet(np.ones(STEPS), count) * tau[:, None]
+    bound = np.where(
+        rng.random((3, count, 1)) < 0.6,
+        rng.choice([-1.0, 1.0], (3, count, STEPS)),
+        rng.uniform(-1, 1, (3, count, STEPS)),
+    )
+    bound[0] = np.where(rng.random((count, 1)) < 0.5, bound[0, :, :1], bound[0])
+    rate = ship.turn_rate_radps[i] + ship.turn_rate_error_radps[i] * bound[0]
+    speed = ship.sog_mps[i] + ship.speed_noise_mps[i] * bound[1]
+    turned = np.cumsum(rate * part, axis=1)
+    course = ship.cog_rad[i] + ship.course_noise_rad[i] * bound[2] + turned - rate * part
+    # integral of exp(i (course + rate s)) over a segment: its length, times sinc, in the middle direction
+    mean = np.sinc(rate * part / (2 * np.pi)) * np.exp(1j * (course + rate * part / 2))
+    antenna = ship.north_m[i] + 1j * ship.east_m[i] + (part * speed * mean).sum(axis=1)
+    return np.asarray(
+        antenna + hull_points(rng, ship, i, count, 2 * np.pi * rng.random(count), turned[:, -1])
+    )
+
+
 def hull_points(
-    rng: np.random.Generator, ship: Tracks, i: int, count: int, towards: NDArray[np.float64]
+    rng: np.random.Generator,
+    ship: Tracks,
+    i: int,
+    count: int,
+    towards: NDArray[np.float64],
+    turned: NDArray[np.float64] | float = 0.0,
 ) -> Points:
     """Corners of the turned hull, shifted by the report's position error."""
+    heading = ship.heading_rad[i] + turned
     length = rng.choice(np.array([ship.bow_m[i], -ship.stern_m[i]]), count)
     beam = rng.choice(np.array([ship.starboard_m[i], -ship.port_m[i]]), count)
     corner = length + 1j * beam
     error = ship.heading_error_rad[i]
-    chase = clip_angle(towards - ship.heading_rad[i] - np.angle(corner), error)
+    chase = clip_angle(towards - heading - np.angle(corner), error)
     turn = np.where(rng.random(count) < 0.5, chase, error * rng.uniform(-1, 1, count))
     shift = ship.position_error_m[i] * np.exp(
         1j * np.where(rng.random(count) < 0.5, towards, 2 * np.pi * rng.random(count))
     )
-    return np.asarray(corner * np.exp(1j * (ship.heading_rad[i] + turn)) + shift)
+    return np.asarray(corner * np.exp(1j * (heading + turn)) + shift)
 
 
 def choose(style: NDArray[np.int64], *options: Any) -> NDArray[np.float64]:

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 from companion import reach
 from companion.instant import instant
 from companion.messages import Tracks
+from companion.planning.creep import CREEP_MPS
 from companion.planning.guard import Guard
 from tests.builders import T0, config, heartbeat, own, tracks
 
@@ -131,6 +133,17 @@ def test_in_water_closed_by_a_silent_ship_it_holds_instead_of_fleeing() -> None:
     verdict = Guard(config()).check(T0, own(), heartbeat(), silent, 1, AHEAD)
     assert verdict.velocity_ned_mps == (0.0, 0.0, 0.0)
     assert "guard.unknown_water" in codes(verdict)
+
+
+def test_a_boat_that_has_to_hold_keeps_its_heading_instead_of_turning_north() -> None:
+    """Zero velocity has a direction to a boat, and the guard's own zero is no exception."""
+    settings = config(vehicle={"cruise_depth_m": 0.0})
+    silent = tracks({"measured_at_s": -900.0, "north_m": 300.0})
+    boat = replace(own(depth_m=0.0), heading_rad=math.pi / 2)
+    verdict = Guard(settings).check(T0, boat, heartbeat(vehicle="boat"), silent, 1, AHEAD)
+    assert verdict.velocity_ned_mps == pytest.approx((0.0, CREEP_MPS, 0.0))
+    # what it may cost: the creep is undone as soon as the rule asks for more than that
+    assert CREEP_MPS / settings.guard.approach_rate_per_s < settings.guard.own_position_error_m
 
 
 def test_while_it_holds_in_unknown_water_other_ships_still_push_it() -> None:

@@ -7,7 +7,7 @@ VEHICLE, GOAL = config().vehicle, config().goal
 
 
 def step(mission: Mission, at_s: float, depth_m: float, to_goal_m: float = 900.0, **over: object) -> Phase:
-    inputs = {"ready": True, "reports_heard": 1, "clear": True, **over}
+    inputs = {"ready": True, "reports_heard": 1, "is_clear": lambda: True, **over}
     return mission.advance(instant(at_s), own=own(depth_m=depth_m), to_goal_m=to_goal_m, **inputs)  # type: ignore[arg-type]
 
 
@@ -36,7 +36,7 @@ def test_it_does_not_dive_before_a_report_was_heard() -> None:
 def test_it_does_not_leave_from_where_a_ship_can_be() -> None:
     mission = Mission(VEHICLE, GOAL)
     for t in range(200):
-        assert step(mission, t, 0, clear=False) in (Phase.WAIT, Phase.LISTEN)
+        assert step(mission, t, 0, is_clear=lambda: False) in (Phase.WAIT, Phase.LISTEN)
     assert step(mission, 200, 0) is Phase.CROSS
 
 
@@ -49,9 +49,20 @@ def test_listening_counts_only_at_the_surface() -> None:
     assert step(mission, 61 + VEHICLE.listen_s, 0) is Phase.CROSS
 
 
+def test_a_surface_vehicle_is_surfaced_whatever_its_barometer_says() -> None:
+    """Eight metres for every hectopascal of weather; a boat must not wait for ever to come up."""
+    vehicle = config(vehicle={"cruise_depth_m": 0.0}).vehicle
+    mission = Mission(vehicle, GOAL)
+    step(mission, 0, 8.0)
+    step(mission, 1, 8.0)
+    assert step(mission, 1 + vehicle.listen_s, 8.0) is Phase.CROSS
+    step(mission, 100, 8.0, to_goal_m=5.0)
+    assert step(mission, 101, 8.0, to_goal_m=5.0) is Phase.ARRIVED
+
+
 def test_it_surfaces_at_the_goal_only_into_clear_water() -> None:
     mission = crossing()
-    assert step(mission, 500, 45, to_goal_m=5.0, clear=False) is Phase.CROSS
+    assert step(mission, 500, 45, to_goal_m=5.0, is_clear=lambda: False) is Phase.CROSS
     assert mission.target_depth_m() == VEHICLE.cruise_depth_m
     assert step(mission, 501, 45, to_goal_m=5.0) is Phase.SURFACE
     assert mission.target_depth_m() == 0.0

@@ -180,12 +180,12 @@ def test_inside_the_set_it_pushes_outward_with_the_saturated_force() -> None:
     np.testing.assert_allclose(velocity[inside], CONFIG.field.k_r * away[inside], rtol=1e-6)
 
 
-def test_what_only_a_report_changes_is_refreshed_with_the_revision() -> None:
+def test_what_only_a_report_changes_is_refreshed_with_new_tracks() -> None:
     rows = some_rows(9, 4)
     network = NetworkRepulsion.load("straight", CONFIG)
     tracks = sampling.tracks_of(rows)
     before = distances(tracks, rows, network)
-    grown = replace(tracks, revision=2, position_error_m=tracks.position_error_m * 0.5)
+    grown = replace(tracks, position_error_m=tracks.position_error_m * 0.5)
     after_report = distances(grown, rows, network)
     assert (after_report >= before).all()
     later = after(sampling.NOW, 1.0)

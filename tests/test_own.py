@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from companion.config import Autopilot
@@ -34,10 +36,12 @@ def test_the_first_position_is_the_origin_for_good() -> None:
     assert state.north_m == pytest.approx(20, abs=0.1)
 
 
-@pytest.mark.parametrize("missing", ["depth_m", "velocity_ned_mps"])
-def test_a_position_without_depth_or_velocity_does_not_steer(missing: str) -> None:
+@pytest.mark.parametrize(
+    "said", [replace(position(0), depth_m=None), replace(position(0), velocity_ned_mps=None)]
+)
+def test_a_position_without_depth_or_velocity_does_not_steer(said: OwnPosition) -> None:
     own = Ownship(Autopilot())
-    own.observe_position(position(0, **{missing: None}))
+    own.observe_position(said)
     assert own.state() is None
 
 

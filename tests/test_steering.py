@@ -1,19 +1,22 @@
 import math
+from typing import Literal
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from companion.instant import instant
+from companion.instant import Instant, instant
 from companion.messages import FloatArray, Nearest, Phase, Repulsion, Tracks
 from companion.planning.attraction import attraction
+from companion.planning.creep import CREEP_MPS
 from companion.planning.field import ExactRepulsion
 from companion.planning.horizon import SHORTEST_S, clearing_until_age_s, paper_until_age_s
-from companion.planning.steering import CREEP_MPS, Steering
+from companion.planning.steering import Steering
 from tests.builders import T0, config, own, tracks
 
 GOAL = np.array((1230.0, 0.0))
+READINGS: tuple[Literal["unit", "proportional"], ...] = ("unit", "proportional")
 coordinates = st.floats(-2000, 2000)
 
 
@@ -28,8 +31,8 @@ def test_both_readings_of_the_attraction_are_minus_a_gradient(north: float, east
         d = float(np.hypot(*(at - GOAL)))
         return 2.5 * d * d if reading == "proportional" else 5.0 * d
 
-    for reading in ("unit", "proportional"):
-        pull = attraction(here, GOAL, 5.0, reading)  # type: ignore[arg-type]
+    for reading in READINGS:
+        pull = attraction(here, GOAL, 5.0, reading)
         h = 1e-3
         numeric = [
             (potential(reading, here - step) - potential(reading, here + step)) / (2 * h)
@@ -59,7 +62,9 @@ class Still:
     def __init__(self, *push: tuple[float, float]) -> None:
         self.push = np.array(push)
 
-    def __call__(self, ships: Tracks, now: object, until: FloatArray, position: FloatArray) -> Repulsion:
+    def __call__(
+        self, tracks: Tracks, now: Instant, until_age_s: FloatArray, position_m: FloatArray
+    ) -> Repulsion:
         speed = np.hypot(*self.push.T)[:, None]
         away = self.push / np.where(speed > 0, speed, 1.0)
         nearest = Nearest(np.full(len(self.push), 50.0), away)

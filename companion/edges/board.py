@@ -21,6 +21,7 @@ from companion.instant import Instant
 from companion.loop import Journal, Journals, Tick
 from companion.loop import run as run_loop
 from companion.messages import Decision, Phase
+from companion.planning import certificate
 from companion.record import LOG_NAME, Recorder
 from companion.record.session import session
 
@@ -50,6 +51,9 @@ def run(options: Namespace) -> int:
     """Steer a vehicle; exit status 0 however the run was ended, once it has begun."""
     console = Console(stderr=True)
     config = _configuration(options)
+    if options.require_certificate and config.repulsion.kind == "network":
+        held = certificate.check(config.repulsion.model)
+        console.print(f"certificate of {held.model} holds", highlight=False)
     companion = build(config)
     with ExitStack() as stack:
         stop = stack.enter_context(stop_on_signals())
@@ -60,9 +64,9 @@ def run(options: Namespace) -> int:
         for spec in config.links.can:
             buses.append(CanBus.open(spec))
             stack.callback(buses[-1].close)
-        line = stack.enter_context(StatusLine(console))
-        journals: list[Journal] = [line]
         recorder = _recorder(config, companion, console)
+        line = stack.enter_context(StatusLine(console, lambda: _troubles(link, buses, recorder)))
+        journals: list[Journal] = [line]
         if recorder is not None:
             journals.append(stack.enter_context(recorder))
         if options.until_arrived:
@@ -73,7 +77,22 @@ def run(options: Namespace) -> int:
             source, companion.core, companion.encoder, sink, Journals(journals), time.perf_counter
         )
     _say_farewell(console, last, recorder)
+    counts = link.counts + sink.counts
+    for bus in buses:
+        counts += bus.counts
+    counts["loop.skipped_ticks"] = source.skipped
+    said = ", ".join(f"{key} {n}" for key, n in sorted(counts.items()) if n)
+    console.print(f"links and loop: {said or 'nothing to report'}", highlight=False)
     return 0
+
+
+def _troubles(link: MavlinkLink, buses: list[CanBus], recorder: Recorder | None) -> list[str]:
+    """What is broken around the loop, a few words each."""
+    said = [] if link.state in ("up", "closed") else [f"MAVLink {link.state}"]
+    said += [f"CAN {bus.state}" for bus in buses if bus.state not in ("up", "closed")]
+    if recorder is not None and recorder.failed is not None:
+        said.append(recorder.failed)
+    return said
 
 
 def _configuration(options: Namespace) -> Config:

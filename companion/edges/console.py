@@ -1,6 +1,7 @@
 """What a person sees while the loop turns: one status line on a terminal, a line now and then elsewhere."""
 
 import math
+from collections.abc import Callable
 
 from rich.console import Console
 from rich.live import Live
@@ -8,7 +9,7 @@ from rich.text import Text
 
 from companion.instant import Instant, elapsed_s
 from companion.loop import Tick
-from companion.messages import Decision, Phase, Status
+from companion.messages import Decision, Status
 
 REFRESH_S = 0.5  # of the run's time on a terminal
 LINE_EVERY_S = 10.0  # elsewhere: a log file should stay readable
@@ -16,16 +17,17 @@ COLOURS = {Status.OK: "green", Status.DEGRADED: "yellow", Status.CLOSED: "red"}
 
 
 class StatusLine:
-    """A journal that keeps nothing but shows the newest decision; tells when the run has arrived."""
+    """A journal that keeps nothing but shows the newest decision."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, troubles: Callable[[], list[str]] = list) -> None:
+        """`troubles` names what is broken around the loop: a link that is down, a log that has stopped."""
         self._console = console
+        self._troubles = troubles
         self._live = (
             Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
         )
         self._shown_at: Instant | None = None
         self._said = ""
-        self.arrived = False
 
     def __enter__(self) -> "StatusLine":
         if self._live is not None:
@@ -47,8 +49,8 @@ class StatusLine:
 
     def decided(self, decision: Decision) -> None:
         """Show the decision if it is time, and every new phase or reason at once."""
-        self.arrived = decision.phase is Phase.ARRIVED
-        headline = f"{decision.phase} {decision.status} " + " ".join(r.code for r in decision.reasons)
+        troubles = self._troubles()
+        headline = " ".join((decision.phase, decision.status, *(r.code for r in decision.reasons), *troubles))
         period_s = REFRESH_S if self._live is not None else LINE_EVERY_S
         due = self._shown_at is None or elapsed_s(self._shown_at, decision.t) >= period_s
         if not due and (self._live is not None or headline == self._said):
@@ -57,6 +59,8 @@ class StatusLine:
             return  # a flickering reason must not flood a log file
         self._shown_at, self._said = decision.t, headline
         line = status_text(decision)
+        for trouble in troubles:
+            line.append(f"  {trouble}", style="bold red")
         if self._live is not None:
             self._live.update(line, refresh=True)
         else:

@@ -5,6 +5,8 @@
 A surface vehicle (cruise depth 0) goes the same way without the dive.
 """
 
+from collections.abc import Callable
+
 from companion.config import Goal, Vehicle
 from companion.instant import Instant, elapsed_s
 from companion.messages import OwnState, Phase
@@ -26,22 +28,23 @@ class Mission:
         own: OwnState | None,
         to_goal_m: float | None,
         reports_heard: int,
-        clear: bool,
+        is_clear: Callable[[], bool],
     ) -> Phase:
         """The phase now.
 
-        `ready`: the autopilot takes setpoints and the position is fresh.  `clear`: no ship can be
-        here, nor overhead before the vehicle has risen.
+        `ready`: the autopilot takes setpoints and the position is fresh.  `is_clear()`: no ship can
+        be here, nor overhead before the vehicle has risen; asked only when the answer matters.
         """
         if own is None or to_goal_m is None or not ready:
             return self.phase  # nothing moves while we do not steer
-        surfaced = own.depth_m <= self._vehicle.surfaced_depth_m
+        # a surface vehicle's depth is its barometer's drift: some metres with every change of weather
+        surfaced = self._vehicle.cruise_depth_m == 0 or own.depth_m <= self._vehicle.surfaced_depth_m
         match self.phase:
             case Phase.WAIT:
                 self.phase = Phase.LISTEN
             case Phase.LISTEN:
-                self._listen(now, surfaced, reports_heard, clear)
-            case Phase.CROSS if to_goal_m <= self._goal.radius_m and clear:
+                self._listen(now, surfaced, reports_heard, is_clear)
+            case Phase.CROSS if to_goal_m <= self._goal.radius_m and is_clear():
                 self.phase = Phase.SURFACE
             case Phase.SURFACE if to_goal_m > 2 * self._goal.radius_m:
                 self.phase = Phase.CROSS  # driven off by a ship or a current
@@ -55,12 +58,12 @@ class Mission:
         """The depth this phase wants."""
         return self._vehicle.cruise_depth_m if self.phase is Phase.CROSS else 0.0
 
-    def _listen(self, now: Instant, surfaced: bool, reports_heard: int, clear: bool) -> None:
+    def _listen(self, now: Instant, surfaced: bool, reports_heard: int, is_clear: Callable[[], bool]) -> None:
         if not surfaced:
             self._listening_since = None  # the antenna hears nothing under water
             return
         if self._listening_since is None:
             self._listening_since = now
         listened_s = elapsed_s(self._listening_since, now)
-        if listened_s >= self._vehicle.listen_s and reports_heard > 0 and clear:
+        if listened_s >= self._vehicle.listen_s and reports_heard > 0 and is_clear():
             self.phase = Phase.CROSS

@@ -29,17 +29,17 @@ COLUMNS = (
 
 
 class ContactRows:
-    """Fills the rows; what only a new report changes is kept until the tracks' revision grows."""
+    """Fills the rows; what only a new report changes is kept while the tracks are the same object."""
 
     def __init__(self) -> None:
-        self._revision: int | None = None
+        self._tracks: Tracks | None = None
         self._rows = np.zeros((0, len(COLUMNS)))
 
     def fill(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
     ) -> FloatArray:
         """(n, 15) the rows for a vehicle at `position_m` (2,); valid until the next call."""
-        if tracks.revision != self._revision or len(tracks) != len(self._rows):
+        if tracks is not self._tracks:
             self._keep(tracks)
         rows = self._rows
         rows[:, 0] = position_m[0] - tracks.north_m
@@ -49,7 +49,7 @@ class ContactRows:
         return rows
 
     def _keep(self, tracks: Tracks) -> None:
-        self._revision = tracks.revision
+        self._tracks = tracks
         self._rows = np.zeros((len(tracks), len(COLUMNS)))
         columns = (tracks.cog_rad, tracks.sog_mps)
         self._rows[:, 2:4] = np.column_stack(columns)

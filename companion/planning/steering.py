@@ -13,11 +13,11 @@ from companion.config import Config
 from companion.instant import Instant
 from companion.messages import FloatArray, OwnState, Phase, Repulsion, Tracks
 from companion.planning.attraction import attraction
+from companion.planning.creep import creep
 from companion.planning.horizon import clearing_until_age_s, paper_until_age_s
 
 DEPTH_GAIN_PER_S = 0.5
 HOLD_GAIN_PER_S = 0.2
-CREEP_MPS = 0.05  # slow enough to stand still by, fast enough to keep a boat's heading
 
 
 class RepulsionField(Protocol):
@@ -70,9 +70,7 @@ class Steering:
         speed = float(np.hypot(u[0], u[1]))
         if speed > vehicle.max_speed_mps:
             u = u * (vehicle.max_speed_mps / speed)
-        elif speed < CREEP_MPS and vehicle.cruise_depth_m == 0 and own.heading_rad is not None:
-            # to a boat zero velocity means "turn north": creep along the present heading instead
-            u = CREEP_MPS * np.array((np.cos(own.heading_rad), np.sin(own.heading_rad)))
+        u = creep(u, own, vehicle)
         limit = vehicle.max_vertical_speed_mps
         down = min(max(DEPTH_GAIN_PER_S * (target_depth_m - own.depth_m), -limit), limit)
         return float(u[0]), float(u[1]), down

@@ -25,7 +25,11 @@ class Sets(Protocol):
         ...
 
     def support(self, angle_rad: FloatArray, contact: int | None = None) -> FloatArray:
-        """(n, k) support in the directions (k,), angles from north; (1, k) for one contact."""
+        """(n, k) support in the directions (k,), angles from north.
+
+        For one contact (p, k), the supports of the convex parts whose union is its set; p is 1 for
+        a convex set.
+        """
         ...
 
 

@@ -8,20 +8,16 @@ A model's bounds hold until the contact's `validity_s`.  From then on its set gr
 a set grow; nothing is dropped.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from companion.instant import Instant, after
-from companion.messages import BoolArray, FloatArray, IntArray, Nearest, Tracks
-from companion.reach.disc import disc_distances
+from companion.messages import FloatArray, IntArray, Nearest, Tracks
 from companion.reach.interface import Distances, Sets
 from companion.reach.kernel import Kernel, nearest
 from companion.reach.outline import polygon_around
 from companion.reach.shapes import prepare
-
-CHUNK = 400  # points at once, so that the kernel's arrays stay in cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +27,6 @@ class ReachableSets:
     north_m: FloatArray  # (n,) reported positions
     east_m: FloatArray
     parts: tuple[tuple[IntArray | None, Sets], ...]  # rows (None: all) and their sets
-    is_disc: BoolArray | None  # (n,) rows where a disc stands instead; None: nowhere
-    disc_m: FloatArray  # (n,) its radius
     grown_m: FloatArray | None  # (n,) added on all sides beyond the validity; None: nowhere
 
     def __len__(self) -> int:
@@ -58,14 +52,9 @@ class ReachableSets:
             return distance, away
         for rows, sets in self.parts:
             for k, i in enumerate(range(len(self)) if rows is None else rows):
-                for some in _chunks(len(positions_m)):
-                    north = positions_m[some, 0] - self.north_m[i]
-                    east = positions_m[some, 1] - self.east_m[i]
-                    found = sets.distances(north, east, k)
-                    distance[some, i], away[some, i, 0], away[some, i, 1] = found
-        for i in np.flatnonzero(self.is_disc) if self.is_disc is not None else ():
-            north, east = positions_m[:, 0] - self.north_m[i], positions_m[:, 1] - self.east_m[i]
-            distance[:, i], away[:, i, 0], away[:, i, 1] = disc_distances(north, east, self.disc_m[i])
+                north = positions_m[:, 0] - self.north_m[i]
+                east = positions_m[:, 1] - self.east_m[i]
+                distance[:, i], away[:, i, 0], away[:, i, 1] = sets.distances(north, east, k)
         if self.grown_m is not None:
             distance -= self.grown_m
         return distance, away
@@ -73,33 +62,38 @@ class ReachableSets:
     def support(self, directions: FloatArray) -> FloatArray:
         """(n, k) max over the set of direction . point, for unit directions (k, 2), local frame."""
         angle = np.arctan2(directions[:, 1], directions[:, 0])
-        reach = np.repeat(self.disc_m[:, None], len(directions), axis=1)
+        reach = np.outer(self.north_m, directions[:, 0]) + np.outer(self.east_m, directions[:, 1])
         for rows, sets in self.parts:
-            here = slice(None) if rows is None else rows
-            reach[here] = sets.support(angle)
-        if self.is_disc is not None:
-            reach[self.is_disc] = self.disc_m[self.is_disc, None]
-        if self.grown_m is not None:
-            reach = reach + self.grown_m[:, None]
-        return reach + np.outer(self.north_m, directions[:, 0]) + np.outer(self.east_m, directions[:, 1])
+            reach[slice(None) if rows is None else rows] += sets.support(angle)
+        return reach if self.grown_m is None else reach + self.grown_m[:, None]
 
     def outline(self, i: int) -> FloatArray:
-        """(m, 2) closed polygon with its corners on the boundary of set i, for drawing."""
-        return polygon_around(lambda angle: self._support_of(i, angle), self.north_m[i], self.east_m[i])
+        """(m, 2) closed convex polygon around set i, corners on its boundary, for drawing."""
 
-    def _support_of(self, i: int, angle: FloatArray) -> FloatArray:
-        """(k,) support of contact i around its reported position."""
-        return self._model_support(i, angle) + (0.0 if self.grown_m is None else self.grown_m[i])
+        def hull(angle: FloatArray) -> FloatArray:
+            return np.asarray(self._supports(i, angle).max(axis=0))
 
-    def _model_support(self, i: int, angle: FloatArray) -> FloatArray:
-        if self.is_disc is None or not self.is_disc[i]:
-            for rows, sets in self.parts:
-                if rows is None or i in rows:
-                    own: FloatArray = sets.support(
-                        angle, i if rows is None else int(np.searchsorted(rows, i))
-                    )[0]
-                    return own
-        return np.full(len(angle), self.disc_m[i])
+        return polygon_around(hull, *self._origin(i))
+
+    def outlines(self, i: int) -> list[FloatArray]:
+        """The convex polygons whose union is set i: one, but for a turning ship's tube."""
+
+        def drawn(k: int) -> FloatArray:
+            def part(angle: FloatArray) -> FloatArray:
+                return np.asarray(self._supports(i, angle)[k])
+
+            return polygon_around(part, *self._origin(i))
+
+        return [drawn(k) for k in range(len(self._supports(i, np.zeros(1))))]
+
+    def _origin(self, i: int) -> tuple[float, float]:
+        return float(self.north_m[i]), float(self.east_m[i])
+
+    def _supports(self, i: int, angle: FloatArray) -> FloatArray:
+        """(p, k) supports of the convex parts of set i around its reported position."""
+        rows, sets = next(part for part in self.parts if part[0] is None or i in part[0])
+        own = sets.support(angle, i if rows is None else int(np.searchsorted(rows, i)))
+        return own if self.grown_m is None else own + self.grown_m[i]
 
     def _distances(self, north: FloatArray, east: FloatArray) -> Distances:
         if len(self.parts) == 1 and self.parts[0][0] is None:
@@ -108,11 +102,6 @@ class ReachableSets:
             distance, away_north, away_east = np.empty((3, len(self)))
             for rows, sets in self.parts:
                 distance[rows], away_north[rows], away_east[rows] = sets.distances(north[rows], east[rows])
-        if self.is_disc is not None:
-            disc = disc_distances(north, east, self.disc_m)
-            distance = np.where(self.is_disc, disc[0], distance)
-            away_north = np.where(self.is_disc, disc[1], away_north)
-            away_east = np.where(self.is_disc, disc[2], away_east)
         if self.grown_m is not None:
             distance = distance - self.grown_m
         return distance, away_north, away_east
@@ -135,22 +124,15 @@ def at(tracks: Tracks, now: Instant, ahead_s: float = 0.0, kernel: Kernel = near
     return _sets(tracks, age, age, kernel)
 
 
-def _chunks(count: int) -> Iterator[slice]:
-    return (slice(start, start + CHUNK) for start in range(0, count, CHUNK))
-
-
 def _sets(tracks: Tracks, age: FloatArray, until: FloatArray, kernel: Kernel) -> ReachableSets:
     shapes = prepare(tracks, kernel)
     beyond_s = until - tracks.validity_s
     grown = None
     if (beyond_s > 0).any():
         age, until = np.minimum(age, tracks.validity_s), np.minimum(until, tracks.validity_s)
-        turned_m = np.where(shapes.is_disc, 0.0, shapes.hull_m)
-        grown = np.where(beyond_s > 0, tracks.top_speed_mps * beyond_s + turned_m, 0.0)
+        grown = np.where(beyond_s > 0, tracks.top_speed_mps * beyond_s + shapes.turned_m, 0.0)
     parts = tuple(
         (rows, shape.between(age, until) if rows is None else shape.between(age[rows], until[rows]))
         for rows, shape in shapes.parts
     )
-    is_disc = shapes.is_disc if shapes.is_disc.any() else None
-    disc = tracks.disc_speed_mps * until + shapes.disc_margin_m
-    return ReachableSets(tracks.north_m, tracks.east_m, parts, is_disc, disc, grown)
+    return ReachableSets(tracks.north_m, tracks.east_m, parts, grown)

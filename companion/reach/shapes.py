@@ -7,14 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from companion.messages import BoolArray, FloatArray, IntArray, Model, Tracks
+from companion.messages import FloatArray, IntArray, Model, Tracks
+from companion.reach.disc import disc_shapes
 from companion.reach.hull import Corners
 from companion.reach.interface import Shapes
 from companion.reach.kernel import Kernel
 from companion.reach.straight import straight_shapes
+from companion.reach.turning import turning_shapes
 
-# every model but DISC
-MODELS: dict[Model, Callable[[Tracks, Kernel], Shapes]] = {Model.STRAIGHT: straight_shapes}
+MODELS: dict[Model, Callable[[Tracks, Kernel], Shapes]] = {
+    Model.STRAIGHT: straight_shapes,
+    Model.DISC: disc_shapes,
+    Model.TURNING: turning_shapes,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,9 +27,7 @@ class Prepared:
     """The shapes of all contacts, model by model."""
 
     parts: tuple[tuple[IntArray | None, Shapes], ...]  # rows (None: all) and their shapes
-    is_disc: BoolArray  # (n,) rows whose model is DISC at any age
-    disc_margin_m: FloatArray  # (n,) what hull and position error add to a disc
-    hull_m: FloatArray  # (n,) radius of the circle around the antenna that holds the hull
+    turned_m: FloatArray  # (n,) what the hull adds on all sides when it may have turned any way
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +51,6 @@ def prepare(tracks: Tracks, kernel: Kernel) -> Prepared:
 @lru_cache(maxsize=4)
 def _prepared(same: _Same, kernel: Kernel) -> Prepared:
     tracks = same.tracks
-    length = Corners.of(tracks).length_m
     parts: list[tuple[IntArray | None, Shapes]] = []
     for model, shapes in MODELS.items():
         rows = np.flatnonzero(tracks.model == model)
@@ -57,8 +59,10 @@ def _prepared(same: _Same, kernel: Kernel) -> Prepared:
             break
         if rows.size:
             parts.append((rows, shapes(only(tracks, rows), kernel)))
-    hull = length.max(axis=0, initial=0.0)
-    return Prepared(tuple(parts), tracks.model == Model.DISC, hull + tracks.position_error_m, hull)
+    if sum(len(tracks) if rows is None else len(rows) for rows, _ in parts) != len(tracks):
+        raise ValueError(f"tracks.model has a number that is none of {list(MODELS)}")
+    hull = Corners.of(tracks).length_m.max(axis=0, initial=0.0)
+    return Prepared(tuple(parts), np.where(tracks.model == Model.DISC, 0.0, hull))
 
 
 def only(tracks: Tracks, rows: IntArray) -> Tracks:

@@ -10,20 +10,24 @@ For STRAIGHT and DISC the set at age t is  o0 + t K + H  with convex K and H.  T
 
 is convex in position and time together, and along a straight run at velocity v it is nowhere below
 its tangent, whose slope is  n . v - h_K(n):  exact between instants, without a Lipschitz constant.
+For TURNING the same bound holds with the ship's greatest speed, the swing of its hull included.
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from companion.instant import Instant
 from companion.messages import FloatArray, IntArray, Model, Tracks
-from companion.reach.disc import disc_distances
+from companion.reach.disc import DiscSets
+from companion.reach.hull import Corners
 from companion.reach.interface import Distances
 from companion.reach.kernel import Kernel, nearest
 from companion.reach.shapes import Prepared, prepare
 from companion.reach.straight import StraightShapes
 from companion.reach.support import support_motion
+from companion.reach.turning import SLAB_S, TurningShapes
 
 SHIP_BY_SHIP = 12  # from so many questions a ship on, its set is not copied for each
 
@@ -34,38 +38,41 @@ class Slices:
 
     `drift_mps` (n, 2) and `spread_mps` (n,): the set at age t lies within `spread t + size_m` of
     o0 + t drift, as long as the age is at most `validity_s`; later it grows by `top_speed_mps` on all
-    sides.  Rows that are neither STRAIGHT nor DISC are taken as discs that grow at the ship's speed.
+    sides.
     """
 
     tracks: Tracks
     drift_mps: FloatArray
     spread_mps: FloatArray
     size_m: FloatArray
-    hull_m: FloatArray
+    turned_m: FloatArray  # added at the end of the validity
     straight: StraightShapes | None
-    place: IntArray  # (n,) of a row among the straight ones; -1: it is a disc
+    place: IntArray  # (n,) of a row among the straight ones, or -1
+    turning: TurningShapes | None
+    turn: IntArray  # (n,) of a row among the turning ones, or -1
 
     @classmethod
     def of(cls, tracks: Tracks, kernel: Kernel = nearest) -> "Slices":
         """Prepare what only a new report changes."""
         prepared = prepare(tracks, kernel)
-        straight, rows = _straight(prepared, len(tracks))
-        place = np.full(len(tracks), -1, dtype=np.int64)
-        place[rows] = np.arange(len(rows))
-        is_straight = place >= 0
+        straight = _place(prepared, StraightShapes, len(tracks))
+        turning = _place(prepared, TurningShapes, len(tracks))
+        hull = Corners.of(tracks).length_m.max(axis=0, initial=0.0)
+        is_straight = straight[1] >= 0
         fast = tracks.sog_mps + tracks.speed_noise_mps
         course = np.column_stack((np.cos(tracks.cog_rad), np.sin(tracks.cog_rad)))
         drift = np.where(is_straight[:, None], tracks.sog_mps[:, None] * course, 0.0)
         aside = tracks.speed_noise_mps + 2 * fast * np.sin(0.5 * tracks.course_noise_rad)
-        roaming = np.where(tracks.model == Model.DISC, tracks.disc_speed_mps, fast)
+        swing = (np.abs(tracks.turn_rate_radps) + tracks.turn_rate_error_radps) * hull
+        roaming = np.where(tracks.model == Model.DISC, tracks.disc_speed_mps, fast + swing)
         return cls(
             tracks,
             drift,
             np.where(is_straight, aside, roaming),
-            prepared.disc_margin_m,
-            prepared.hull_m,
-            straight,
-            place,
+            hull + tracks.position_error_m,
+            prepared.turned_m,
+            *straight,
+            *turning,
         )
 
     def __len__(self) -> int:
@@ -78,8 +85,8 @@ class Slices:
     def grown_m(self, rows: IntArray, age_s: FloatArray) -> FloatArray:
         """What is added on all sides beyond the validity; 0 before."""
         beyond = age_s - self.tracks.validity_s[rows]
-        turned = np.where(self.tracks.model[rows] == Model.DISC, 0.0, self.hull_m[rows])
-        return np.where(beyond > 0, self.tracks.top_speed_mps[rows] * beyond + turned, 0.0)
+        late = self.tracks.top_speed_mps[rows] * beyond + self.turned_m[rows]
+        return np.where(beyond > 0, late, 0.0)
 
     def distances(
         self, rows: IntArray, age_s: FloatArray, until_s: FloatArray, north_m: FloatArray, east_m: FloatArray
@@ -89,16 +96,19 @@ class Slices:
         age = np.minimum(np.maximum(age_s, 0.0), validity)
         until = np.minimum(np.maximum(until_s, age), validity)
         north, east = north_m - self.tracks.north_m[rows], east_m - self.tracks.east_m[rows]
-        place = self.place[rows]
-        is_disc = place < 0
-        if self.straight is None:
-            found = disc_distances(north, east, self.spread_mps[rows] * until + self.size_m[rows])
-        elif not is_disc.any():
-            found = self._straight(place, age, until, north, east)
-        else:
-            discs = disc_distances(north, east, self.spread_mps[rows] * until + self.size_m[rows])
-            arcs = self._straight(np.maximum(place, 0), age, until, north, east)
-            found = tuple(np.where(is_disc, a, b) for a, b in zip(discs, arcs, strict=True))  # type: ignore[assignment]
+        found = np.empty((3, len(rows)))
+        kind = self.tracks.model[rows]
+        for model, answer in (
+            (Model.STRAIGHT, self._straight),
+            (Model.DISC, self._disc),
+            (Model.TURNING, self._turning),
+        ):
+            some = np.flatnonzero(kind == model)
+            if len(some) == len(rows):
+                found[:] = answer(rows, age, until, north, east)
+                break
+            if len(some):
+                found[:, some] = answer(rows[some], age[some], until[some], north[some], east[some])
         return found[0] - self.grown_m(rows, np.maximum(until_s, age_s)), found[1], found[2]
 
     def advance_mps(
@@ -114,10 +124,10 @@ class Slices:
         return np.where(age_s > tracks.validity_s[rows], tracks.top_speed_mps[rows], within)
 
     def _straight(
-        self, place: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
+        self, rows: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
     ) -> Distances:
         assert self.straight is not None
-        shapes = self.straight
+        shapes, place = self.straight, self.place[rows]
         slow, fast = shapes.slow_mps[place], shapes.fast_mps[place]
         near = np.minimum(age * slow, until * slow)
         far = until * fast
@@ -132,10 +142,38 @@ class Slices:
             out[:, some] = shapes.kernel(arcs, near[some], far[some], north[some], east[some])
         return out[0], out[1], out[2]
 
+    def _disc(
+        self, rows: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
+    ) -> Distances:
+        del age  # a disc only grows
+        return DiscSets(self.spread_mps[rows] * until + self.size_m[rows]).distances(north, east)
 
-def _straight(prepared: Prepared, n: int) -> tuple[StraightShapes | None, IntArray]:
-    """The straight contacts' shapes and their rows."""
+    def _turning(
+        self, rows: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
+    ) -> Distances:
+        """Tubes between round ages, which contain those asked for; each is computed once."""
+        assert self.turning is not None
+        begin = SLAB_S * np.floor(age / SLAB_S)
+        end = np.maximum(SLAB_S * np.ceil(until / SLAB_S), begin + SLAB_S)
+        asked, which = np.unique(np.stack((self.turn[rows], begin, end)), axis=1, return_inverse=True)
+        out = np.empty((3, len(rows)))
+        for k in range(asked.shape[1]):
+            some = np.flatnonzero(which == k)
+            one = int(asked[0, k])
+            shapes = TurningShapes((self.turning.turns[one],), self.turning.kernel)
+            out[:, some] = shapes.between(asked[1:2, k], asked[2:3, k]).distances(north[some], east[some], 0)
+        return out[0], out[1], out[2]
+
+
+ShapesKind = TypeVar("ShapesKind", StraightShapes, TurningShapes)
+
+
+def _place(prepared: Prepared, kind: type[ShapesKind], n: int) -> tuple[ShapesKind | None, IntArray]:
+    """One model's shapes, and each row's place among them or -1."""
+    place = np.full(n, -1, dtype=np.int64)
     for rows, shapes in prepared.parts:
-        if isinstance(shapes, StraightShapes):
-            return shapes, np.arange(n) if rows is None else rows
-    return None, np.zeros(0, dtype=np.int64)
+        if isinstance(shapes, kind):
+            mine = np.arange(n) if rows is None else rows
+            place[mine] = np.arange(len(mine))
+            return shapes, place
+    return None, place

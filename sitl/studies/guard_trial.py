@@ -104,7 +104,10 @@ class BadVehicle:
         hull = Boat if vehicle.cruise_depth_m == 0 else Submarine
         self._dynamics: Dynamics = hull(limits, (float(drift[0]), float(drift[1])))
         self._state: VehicleState = self._dynamics.start(
-            float(start_m[0]), float(start_m[1]), vehicle.cruise_depth_m, float(rng.uniform(-math.pi, math.pi))
+            float(start_m[0]),
+            float(start_m[1]),
+            vehicle.cruise_depth_m,
+            float(rng.uniform(-math.pi, math.pi)),
         )
         self._delay_s = float(rng.uniform(0.0, guard.setpoint_delay_s)) if guard.setpoint_delay_s else 0.0
         self._off = _polar(1.0, rng)

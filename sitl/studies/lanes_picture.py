@@ -71,7 +71,7 @@ class Lanes:
     def _true_m(self, t_s: FloatArray) -> FloatArray:
         """(n, 2) antennas at each ship's own time."""
         velocity = self._speed[:, None] * np.column_stack((np.cos(self._course), np.sin(self._course)))
-        return self._at_zero + velocity * t_s[:, None]
+        return np.asarray(self._at_zero + velocity * t_s[:, None])
 
     def _reported(self, at_s: FloatArray, rng: np.random.Generator, revision: int) -> Tracks:
         """The picture after one report of each ship, measured at `at_s` (n,), off by all that is allowed."""

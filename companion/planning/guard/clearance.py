@@ -110,7 +110,7 @@ class Clearance:
         late = age + half[:, None] > validity
         coming = np.where(late, tracks.top_speed_mps[rows], np.hypot(drift[:, 0], drift[:, 1]) + spread)
         grown = np.where(
-            late, tracks.top_speed_mps[rows] * np.maximum(age - validity, 0) + slices.hull_m[rows], 0.0
+            late, tracks.top_speed_mps[rows] * np.maximum(age - validity, 0) + slices.turned_m[rows], 0.0
         )
         reach = spread * valid_age + slices.size_m[rows] + grown + margin[:, None]
         reach += (self._speed + coming) * half[:, None]
@@ -150,7 +150,7 @@ class Clearance:
         validity = tracks.validity_s[ship]
         turns = (age - before_s <= validity) & (age + after_s > validity)
         # where the bounds end within the cell the distance has a kink and a step: the plain bound
-        plain = distance - (self._speed + tracks.top_speed_mps[ship]) * half - slices.hull_m[ship]
+        plain = distance - (self._speed + tracks.top_speed_mps[ship]) * half - slices.turned_m[ship]
         return np.where(turns, plain, tangent)
 
     # ------------------------------------------------------------ at rest

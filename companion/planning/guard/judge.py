@@ -14,6 +14,7 @@ import numpy as np
 from companion.config import Config
 from companion.instant import Instant, elapsed_s
 from companion.messages import AutopilotHeartbeat, OwnState, Reason, Tracks
+from companion.planning.creep import creep
 from companion.planning.guard.clearance import Clearance
 from companion.planning.guard.limits import limited
 from companion.planning.guard.margins import Margins
@@ -89,7 +90,7 @@ class Guard:
         if clearance.unknown.any():
             text = f"{int(clearance.unknown.sum())} ships silent for too long can be here: holding"
             reasons.append(Reason("guard.unknown_water", text))
-            wanted = (0.0, 0.0, wanted[2])
+            wanted = (*self._creep((0.0, 0.0), own), wanted[2])
         if self._way_out is not None and self._new_information:
             self._reverify(now, clearance, reasons)
         if is_wanted and self._leaves_a_way_out(now, own, wanted, clearance):
@@ -105,7 +106,13 @@ class Guard:
         elif is_wanted:
             reasons.append(Reason("guard.way_out", "what is wanted leaves no way out: flying the stored one"))
         guard, limit = self._config.guard, self._config.vehicle.max_speed_mps
-        return (*self._way_out.command(now, own, guard.setpoint_delay_s, limit), wanted[2])
+        command = self._way_out.command(now, own, guard.setpoint_delay_s, limit)
+        return (*self._creep(command, own), wanted[2])
+
+    def _creep(self, velocity_mps: tuple[float, float], own: OwnState) -> tuple[float, float]:
+        """Zero velocity has a direction to a boat, and the guard's own zero is no exception."""
+        north, east = creep(np.array(velocity_mps), own, self._config.vehicle)
+        return float(north), float(east)
 
     def _clearance(self, now: Instant, own: OwnState, reasons: list[Reason]) -> Clearance | None:
         """What to check against; None on an empty picture."""

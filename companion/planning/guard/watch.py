@@ -10,7 +10,7 @@ import numpy as np
 
 from companion.config import Config
 from companion.instant import Instant, elapsed_s
-from companion.messages import OwnState, Reason, Tracks
+from companion.messages import IntArray, OwnState, Reason, Tracks
 from companion.planning.guard.way_out import WayOut
 from companion.reach import support_straight
 
@@ -136,7 +136,7 @@ class Watch:
             self._note(now, "guard.current", text)
 
 
-def _changed(before: Tracks, after: Tracks) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def _changed(before: Tracks, after: Tracks) -> tuple[IntArray, IntArray]:
     """Rows of single-place ships whose position is newer, in the old tracks and in the new."""
     shared, old, new = np.intersect1d(before.mmsi, after.mmsi, return_indices=True)
     alone = np.array(
