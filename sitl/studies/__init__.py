@@ -1,1 +1,1 @@
-"""Studies: many runs, one table, an exit status."""
+"""The paper's experiments and what goes beyond them, as campaigns of many trials: one command each."""

@@ -6,10 +6,10 @@ No bytes here: the guard is asked directly, thousands of times faster than throu
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 
 from companion import reach
 from companion.config import Config
@@ -21,18 +21,18 @@ from sitl.closest import to_hulls
 from sitl.studies.lanes_picture import Lanes
 from sitl.vehicle import Boat, Demand, Dynamics, Limits, Submarine, VehicleState
 
-PLANNERS = ("random", "adversarial", "frozen", "bow", "nan", "silent")
+PLANNERS: tuple["PlannerKind", ...] = ("random", "adversarial", "frozen", "bow", "nan", "silent")
 PlannerKind = Literal["random", "adversarial", "frozen", "bow", "nan", "silent"]
 SIM_S = 0.1
+FAR_M = 9999.0
 NEAR_M = 15.0  # nearer than this every simulated step is measured, else every step of the guard
 
 Planner = Callable[[float, OwnState, Tracks, Instant], Velocity | None]
 Ask = Callable[[Instant, OwnState, AutopilotHeartbeat, Tracks, Velocity | None], Verdict]
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What came of a trial; distances are of the true position, metres."""
+class Outcome(Struct, frozen=True):
+    """What came of a trial; distances are of the true position, metres, `FAR_M` where none was near."""
 
     closest_set_m: float
     closest_hull_m: float
@@ -48,6 +48,18 @@ def asking(config: Config, kernel: Kernel = nearest) -> Ask:
     return lambda now, own, beat, tracks, wanted: guard.check(now, own, beat, tracks, 1, wanted)
 
 
+def unguarded(
+    now: Instant,  # noqa: ARG001 - asked like the guard
+    own: OwnState,  # noqa: ARG001
+    heartbeat: AutopilotHeartbeat,  # noqa: ARG001
+    tracks: Tracks,  # noqa: ARG001
+    wanted: Velocity | None,
+) -> Verdict:
+    """No guard: what is wanted is flown, and what is no velocity is none."""
+    flown = wanted if wanted is not None and all(map(math.isfinite, wanted)) else (0.0, 0.0, 0.0)
+    return Verdict(flown, False, ())
+
+
 def run_trial(
     config: Config, lanes: Lanes, planner: PlannerKind, rng: np.random.Generator, ask: Ask, duration_s: float
 ) -> Outcome:
@@ -55,7 +67,7 @@ def run_trial(
     vehicle = BadVehicle(config, rng, lanes.start_m(rng))
     plan = _planner(planner, rng, config.vehicle.max_speed_mps)
     period_s = 1.0 / config.timing.rate_hz
-    closest_set = closest_hull = math.inf
+    closest_set = closest_hull = FAR_M
     changed = lost = 0
     steps = round(duration_s / period_s)
     sets_m = math.inf
@@ -67,8 +79,8 @@ def run_trial(
         beat = AutopilotHeartbeat(now, 1, 1, "ardupilot", "submarine", True, True, "GUIDED")
         wanted = plan(t, own, tracks, now) if step else (0.0, 0.0, 0.0)
         verdict = ask(now, own, beat, tracks, wanted)
-        if not step and not verdict.way_out:
-            return Outcome(math.inf, math.inf, 0, 0, 0, viable=False)
+        if not step and not viable(config, vehicle, tracks):
+            return Outcome(FAR_M, FAR_M, 0, 0, 0, viable=False)
         changed += verdict.changed
         lost += not verdict.way_out
         assert verdict.velocity_ned_mps is not None
@@ -83,6 +95,13 @@ def run_trial(
                     closest_hull = min(closest_hull, float(to_hulls(lanes.truth(t + k * SIM_S), here).min()))
             vehicle.move(t + k * SIM_S)
     return Outcome(closest_set, closest_hull, steps, changed, lost, viable=True)
+
+
+def viable(config: Config, vehicle: "BadVehicle", tracks: Tracks) -> bool:
+    """Whether the guard finds a way out from the start: the same starts for whatever is compared."""
+    own = vehicle.measured(instant(0.0))
+    beat = AutopilotHeartbeat(own.stamp, 1, 1, "ardupilot", "submarine", True, True, "GUIDED")
+    return Guard(config).check(own.stamp, own, beat, tracks, 1, (0.0, 0.0, 0.0)).way_out
 
 
 class BadVehicle:

@@ -10,7 +10,7 @@ import numpy as np
 
 from companion.config import Config
 from companion.instant import Instant, elapsed_s
-from companion.messages import IntArray, OwnState, Reason, Tracks
+from companion.messages import FloatArray, IntArray, OwnState, Reason, Tracks
 from companion.planning.guard.way_out import WayOut
 from companion.reach import support_straight
 
@@ -65,7 +65,7 @@ class Watch:
         self.is_foretold = True
         if not len(old):
             return
-        elapsed = (after.measured_at_ns[new] - before.measured_at_ns[old]) * 1e-9
+        elapsed: FloatArray = np.asarray((after.measured_at_ns[new] - before.measured_at_ns[old]) * 1e-9)
         reach = support_straight(
             before.sog_mps[old],
             elapsed,
