@@ -222,8 +222,11 @@ class Tracks:
     names: tuple[str, ...] = ()
     turn_rate_radps: FloatArray = field(default_factory=_nothing)  # of TURNING, clockwise; default 0
     turn_rate_error_radps: FloatArray = field(default_factory=_nothing)
+    draught_m: FloatArray = field(default_factory=_nothing)  # NaN: not available, the default
 
     def __post_init__(self) -> None:
+        if len(self.draught_m) != len(self.mmsi):
+            object.__setattr__(self, "draught_m", np.full(len(self.mmsi), np.nan))
         for name in ("turn_rate_radps", "turn_rate_error_radps"):
             if len(getattr(self, name)) != len(self.mmsi):
                 object.__setattr__(self, name, np.zeros(len(self.mmsi)))

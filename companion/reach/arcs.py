@@ -48,7 +48,7 @@ class Arcs:
         return h0 + r1 * h1 + r2 * h2
 
     def take(self, rows: IntArray, packed: bool) -> "Arcs":
-        """The sets of some rows (m,), in that order, repeated or not; `packed`: for the compiled kernel too."""
+        """The sets of rows (m,), in that order, repeated or not; `packed`: for the compiled kernel too."""
         h0, h1, h2 = self.support
         table = self.table.reshape(len(self.table), *self.north.shape)[:, :, rows]
         return Arcs(

@@ -91,7 +91,7 @@ class Slices:
     def distances(
         self, rows: IntArray, age_s: FloatArray, until_s: FloatArray, north_m: FloatArray, east_m: FloatArray
     ) -> Distances:
-        """Signed distances and directions (m,) from the tubes [age_s, until_s] of `rows` to points, all (m,)."""
+        """Distances and directions (m,) from the tubes [age_s, until_s] of `rows` to points, all (m,)."""
         validity = self.tracks.validity_s[rows]
         age = np.minimum(np.maximum(age_s, 0.0), validity)
         until = np.minimum(np.maximum(until_s, age), validity)

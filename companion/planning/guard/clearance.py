@@ -12,6 +12,7 @@ import numpy as np
 from companion.instant import Instant
 from companion.messages import FloatArray, IntArray
 from companion.planning.guard.margins import Margins
+from companion.planning.guard.vertical import Dive
 from companion.reach import Slices
 
 LONGEST_S = 3600.0  # nothing is claimed beyond an hour, whatever validity a track states
@@ -35,7 +36,8 @@ class Clearance:
     `until_s` (n,) is the age up to which each ship counts: its validity, or `lookahead_s` from now
     where that ends later.  Beyond it the ship may be anywhere, and no way out can be promised.
     `unknown` (n,): ships that expire within the lookahead and can then be where the vehicle is; nothing
-    outruns them, so they count only while their bounds hold.
+    outruns them, so they count only while their bounds hold.  With `dive` a ship counts only while the
+    vehicle may be in its draught.
     """
 
     def __init__(
@@ -46,7 +48,9 @@ class Clearance:
         speed_mps: float,
         lookahead_s: float,
         position_m: FloatArray,
+        dive: Dive | None = None,
     ) -> None:
+        self._dive = dive
         self._slices = slices
         self._margins = margins
         self._speed = speed_mps
@@ -61,12 +65,14 @@ class Clearance:
                 ending, self.age_s[ending], self.until_s[ending], here[:, 0], here[:, 1]
             )
             self.unknown[ending] = distance < margins.localised(lookahead_s)
+            if dive is not None:
+                self.unknown &= dive.counts(np.zeros(1))[0]
             self.until_s = np.where(self.unknown, validity, self.until_s)
 
     # ------------------------------------------------------------ under way
 
     def room(self, paths: Paths) -> FloatArray:
-        """(C, T) room of each cell beyond the margins, least over all ships; inf where none is near."""
+        """(C, T) room beyond the margins in each cell, from below; where it is positive, just that is said."""
         room = np.full(paths.north_m.shape, np.inf)
         rows = self._ships_near(paths)
         if not len(rows):
@@ -115,6 +121,8 @@ class Clearance:
         reach = spread * valid_age + slices.size_m[rows] + grown + margin[:, None]
         reach += (self._speed + coming) * half[:, None]
         reach[age > self.until_s[rows] + half[:, None]] = -1.0
+        if self._dive is not None:
+            reach[~self._dive.counts(paths.t_s - half)[:, rows]] = -1.0
         north = tracks.north_m[rows] + drift[:, 0] * valid_age
         east = tracks.east_m[rows] + drift[:, 1] * valid_age
         x = paths.north_m[:, :, None] - north
@@ -169,7 +177,10 @@ class Clearance:
         y = east_m[:, None] - tracks.east_m - slices.drift_mps[:, 1] * valid_start
         run_s = np.maximum(valid_end - valid_start, 0.0)
         distance = _to_segment(x, y, slices.drift_mps * run_s[..., None])
-        place, ship = np.nonzero((distance < reach) & (start < end))
+        counts = (distance < reach) & (start < end)
+        if self._dive is not None:
+            counts &= self._dive.counts(t_s)
+        place, ship = np.nonzero(counts)
         room = np.full(len(t_s), np.inf)
         if len(place):
             exact, _, _ = slices.distances(

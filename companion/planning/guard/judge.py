@@ -22,6 +22,7 @@ from companion.planning.guard.preconditions import is_prestream, missing
 from companion.planning.guard.rollout import held, motion_of
 from companion.planning.guard.search import Beginning, Search
 from companion.planning.guard.verdict import Velocity, Verdict
+from companion.planning.guard.vertical import Dive
 from companion.planning.guard.watch import Watch
 from companion.planning.guard.way_out import WayOut
 from companion.reach import Slices
@@ -44,7 +45,9 @@ class Guard:
         self._slices: Slices | None = None
         self._new_information = False
         self._way_out: WayOut | None = None
-        self._sent: tuple[float, float] = (0.0, 0.0)
+        self._flown: WayOut | None = None  # the way out if the last step flew it
+        self._dive: Dive | None = None
+        self._sent: Velocity = (0.0, 0.0, 0.0)
         self._searched_at: Instant | None = None
 
     def check(
@@ -65,25 +68,26 @@ class Guard:
         if wanted is None and self._way_out is None:
             reasons += unplanned
         if reasons or own is None:
-            self._way_out = None  # we do not steer: what was planned is void
-            self._sent = (0.0, 0.0)
+            self._way_out = self._flown = None  # we do not steer: what was planned is void
+            self._sent = (0.0, 0.0, 0.0)
             return Verdict(None, False, tuple(reasons + [r for r in unplanned if r not in reasons]))
         reasons += unplanned
         self._take(tracks)
-        reasons += self._watch.look(now, own, self._way_out, self._sent)
+        reasons += self._watch.look(now, own, self._flown, self._sent[:2])
         within, cut = limited(wanted or (0.0, 0.0, 0.0), own, self._config.vehicle)
         reasons += cut
         flown = self._judge(now, own, within, wanted is not None, reasons)
-        self._sent = flown[:2]
+        self._sent = flown
         changed = wanted is None or math.dist(flown, wanted) > CHANGE_TOLERANCE_MPS
-        verified = self._way_out is not None and self._way_out.verified
+        verified = self._way_out is None or self._way_out.verified  # in an empty sea every way is out
         return Verdict(flown, changed, tuple(reasons), verified)
 
     def _judge(
         self, now: Instant, own: OwnState, wanted: Velocity, is_wanted: bool, reasons: list[Reason]
     ) -> Velocity:
         """The velocity to fly."""
-        clearance = self._clearance(now, own, reasons)
+        self._flown = None
+        clearance = self._clearance(now, own, wanted[2])
         if clearance is None:
             self._way_out = None
             return wanted
@@ -100,6 +104,7 @@ class Guard:
         elif self._way_out.deviation_m(own) > self._config.guard.tracking_error_m:
             self._anchor_again(now, own, clearance)
         assert self._way_out is not None
+        self._flown = self._way_out
         if not self._way_out.verified:
             text = "no way out stays clear of every ship: flying the least bad"
             reasons.append(Reason("guard.no_way_out", text))
@@ -107,21 +112,25 @@ class Guard:
             reasons.append(Reason("guard.way_out", "what is wanted leaves no way out: flying the stored one"))
         guard, limit = self._config.guard, self._config.vehicle.max_speed_mps
         command = self._way_out.command(now, own, guard.setpoint_delay_s, limit)
-        return (*self._creep(command, own), wanted[2])
+        down = wanted[2] if self._dive is None else self._dive.command_mps(own.depth_m)
+        return (*self._creep(command, own), down)
 
     def _creep(self, velocity_mps: tuple[float, float], own: OwnState) -> tuple[float, float]:
         """Zero velocity has a direction to a boat, and the guard's own zero is no exception."""
         north, east = creep(np.array(velocity_mps), own, self._config.vehicle)
         return float(north), float(east)
 
-    def _clearance(self, now: Instant, own: OwnState, reasons: list[Reason]) -> Clearance | None:
+    def _clearance(self, now: Instant, own: OwnState, down_mps: float) -> Clearance | None:
         """What to check against; None on an empty picture."""
-        del reasons
         if self._slices is None or not len(self._slices):
             return None
-        margins = Margins.of(self._config, self._watch.submerged_s(now))
-        limit, guard = self._config.vehicle.max_speed_mps, self._config.guard
-        return Clearance(self._slices, now, margins, limit, guard.lookahead_s, own.position_m)
+        config = self._config
+        margins = Margins.of(config, self._watch.submerged_s(now))
+        self._dive = None
+        if config.guard.vertical == "clear_below":
+            self._dive = Dive.of(config, self._slices.tracks, own, (down_mps, self._sent[2]))
+        limit, lookahead = config.vehicle.max_speed_mps, config.guard.lookahead_s
+        return Clearance(self._slices, now, margins, limit, lookahead, own.position_m, self._dive)
 
     def _leaves_a_way_out(self, now: Instant, own: OwnState, wanted: Velocity, clearance: Clearance) -> bool:
         """Whether a way out follows after `wanted`; it is then the stored one."""
@@ -177,7 +186,7 @@ class Guard:
         delay_s = self._config.guard.setpoint_delay_s
         motions = [start]
         times = [0.0]
-        for velocity, duration_s in ((self._sent, delay_s), (command, period_s)):
+        for velocity, duration_s in ((self._sent[:2], delay_s), (command, period_s)):
             if duration_s > 0:
                 held_for = held(motions[-1], velocity, duration_s, self._config.vehicle)
                 times += [times[-1] + duration_s * (k + 1) / len(held_for) for k in range(len(held_for))]

@@ -45,11 +45,9 @@ class Watch:
 
         `flown` is the way out being flown, if one is; `sent` the velocity sent last.
         """
+        self._jump(now, own)
         if self._surfaced_at is None or own.depth_m <= self._config.vehicle.surfaced_depth_m:
-            self._jump(now, own)
             self._surfaced_at = now
-        else:
-            self._jump(now, own)
         self._tracking(now, own, flown)
         self._shortfall(now, own, sent)
         self._own = own
