@@ -52,7 +52,6 @@ def test_a_tube_is_the_tube_that_reach_gives() -> None:
 @pytest.mark.parametrize("later_s", [-5.0, -1.0, 1.0, 5.0])
 def test_along_a_straight_run_the_distance_is_nowhere_below_its_tangent(age_s: float, later_s: float) -> None:
     tracks = ships(3, 300)
-    tracks = tracks if age_s > 120 else tracks
     slices, rows = Slices.of(tracks), np.arange(len(tracks))
     ages = np.full(len(rows), age_s)
     start = np.column_stack((tracks.north_m, tracks.east_m)) + RNG.normal(0, 1500, (len(rows), 2))

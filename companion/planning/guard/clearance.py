@@ -72,7 +72,7 @@ class Clearance:
     # ------------------------------------------------------------ under way
 
     def room(self, paths: Paths) -> FloatArray:
-        """(C, T) room beyond the margins in each cell, from below; where it is positive, just that is said."""
+        """(C, T) room beyond the margins in each cell, from below; positive says just that."""
         room = np.full(paths.north_m.shape, np.inf)
         rows = self._ships_near(paths)
         if not len(rows):
