@@ -160,6 +160,20 @@ class Guard(Section, frozen=True):
     depth_error_m: NonNegative = 1.0
 
 
+class Surfacing(Section, frozen=True):
+    """When a vehicle under way goes up for new reports.
+
+    With less than `reserve_s` (and the time for going up, listening and diving) of validity left and the
+    goal farther than that; without progress for `patience_s`; when a set within a kilometre reaches
+    `largest_set_m` beyond its ship's size.  `every_s` > 0: at that interval instead, whatever the sets say.
+    """
+
+    reserve_s: NonNegative = 120.0
+    patience_s: Positive = 300.0
+    largest_set_m: Positive = 150.0
+    every_s: NonNegative = 0.0
+
+
 class Timing(Section, frozen=True):
     """The loop's rate and how long a setpoint stays true."""
 
@@ -185,6 +199,7 @@ class Config(Section, frozen=True):
     planner: Planner = Planner()
     repulsion: RepulsionChoice = RepulsionChoice()
     guard: Guard = Guard()
+    surfacing: Surfacing = Surfacing()
     timing: Timing = Timing()
     recording: Recording = Recording()
 

@@ -284,6 +284,7 @@ class Phase(StrEnum):
     WAIT = "wait"  # preconditions missing
     LISTEN = "listen"  # surfaced, hearing reports
     CROSS = "cross"  # at (or diving to) the cruise depth, on the way
+    RISE = "rise"  # on the way up for new reports
     SURFACE = "surface"  # at the goal, rising
     ARRIVED = "arrived"
 
