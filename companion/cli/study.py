@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from companion.cli.options import Commands
+from sitl.studies import guard_options
 from sitl.studies import options as of
 
 
@@ -23,6 +24,13 @@ STUDIES = (
     Study("uuv", "the paper's UUV crossing, planner beside planner", of.UUV, of.add_uuv, "sitl.studies.uuv"),
     Study("ugv", "the paper's ground-vehicle case", of.UGV, of.add_ugv, "sitl.studies.ugv"),
     Study("age", "how old information may be", of.AGE, of.add_age, "sitl.studies.age"),
+    Study(
+        "guard",
+        "hostile planners against the guard",
+        guard_options.GUARD,
+        guard_options.add_guard,
+        "sitl.studies.guard",
+    ),
 )
 
 

@@ -63,7 +63,7 @@ class Steering:
         """The same for a position (2,) or for many (m, 2)."""
         if phase is Phase.CROSS:
             return attraction(position_m, goal_m, self._config.field.k_p, self._config.field.attraction)
-        if phase in (Phase.SURFACE, Phase.ARRIVED):
+        if phase in (Phase.RISE, Phase.SURFACE, Phase.ARRIVED):
             return HOLD_GAIN_PER_S * (goal_m - position_m)
         return np.zeros(position_m.shape)
 

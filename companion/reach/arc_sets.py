@@ -9,7 +9,7 @@ from companion.reach.arcs import Arcs
 from companion.reach.interface import Distances
 from companion.reach.kernel import Kernel
 
-CHUNK = 400  # points at once, so that the kernel's arrays stay in cache
+CHUNK = 8000  # points at once, so that the kernel's arrays stay in cache
 ROUNDING = 1e-14  # a direction on a breakpoint belongs to both its pieces
 
 

@@ -2,6 +2,7 @@
 
     python -m tests.benchmarks.bench_reach speed              microseconds per call
     python -m tests.benchmarks.bench_reach sound [MILLIONS]   sampled points against the sets (default 10)
+    python -m tests.benchmarks.bench_reach kernels            compiled against numpy, bit by bit
     python -m tests.benchmarks.bench_reach loose              straight sets against dense hulls
     python -m tests.benchmarks.bench_reach turning            turning tubes against what is reached
     python -m tests.benchmarks.bench_reach boxes              boxes as Flow* makes them
@@ -102,6 +103,22 @@ def sound(millions: float) -> None:
     print(f"{done} points of {done // each} ships: worst distance outside its set {worst:.2e} m")
 
 
+def kernels() -> None:
+    """Distances and directions of both kernels for random sets and points, inside and outside."""
+    rng, unequal, apart, total = np.random.default_rng(0), 0, 0.0, 0
+    for _ in range(200):
+        ships = random_ships(rng, 200)
+        position = rng.normal(0, 4000, (200, 2))
+        one, other = (
+            reach.tube(ships, T0, 600.0, reach.choose_kernel(k)).nearest(position) for k in ("numpy", "numba")
+        )
+        pairs = ((one.distance_m, other.distance_m), (one.away, other.away))
+        unequal += sum(int((a != b).sum()) for a, b in pairs)
+        apart = max(apart, float(np.abs(one.distance_m - other.distance_m).max()))
+        total += 600
+    print(f"{unequal} of {total} values differ; distances by at most {apart:.1e} m")
+
+
 def loose() -> None:
     """The largest excess of the support over a dense shapely hull's, over the stated domain."""
     rng = np.random.default_rng(1)
@@ -177,6 +194,8 @@ def main(words: list[str]) -> None:
             speed()
         case ["sound", *rest]:
             sound(float(rest[0]) if rest else 10.0)
+        case ["kernels"]:
+            kernels()
         case ["loose"]:
             loose()
         case ["turning"]:

@@ -55,7 +55,8 @@ def _sets(path: Path) -> None:
         colour = SEA if age <= 300 else RED
         axes[2].fill(outline[:, 1], outline[:, 0], facecolor=colour, edgecolor=INK, alpha=0.35, lw=0.8)
         axes[2].annotate(f"{age:.0f} s", (outline[:, 1].max(), outline[:, 0].mean()), fontsize=8)
-    axes[2].set_title("silence: beyond its validity (300 s) a set grows on all sides")
+    axes[2].set_title("silence: beyond 300 s, the validity, it grows on all sides")
+    axes[0].legend(fontsize=8, loc="lower right")
     for axis in axes:
         axis.set(aspect="equal", xlabel="east, m", ylabel="north, m")
     figure.savefig(path, dpi=110)
@@ -71,7 +72,6 @@ def _tube(axis: Any, ship: Any, points: Any, title: str) -> None:
     axis.plot(points.imag, points.real, ".", color=INK, ms=1, alpha=0.5, label="sampled hull corners")
     axis.plot(0, 0, "+", color=RED, ms=9, label="reported position")
     axis.set_title(title)
-    axis.legend(fontsize=8, loc="lower right")
 
 
 def _field(path: Path) -> None:
