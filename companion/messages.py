@@ -179,6 +179,11 @@ class Model(IntEnum):
     STRAIGHT = 0  # course and speed known within bounds (the paper's ship)
     DISC = 1  # anywhere at up to `disc_speed_mps`
     TURNING = 2  # as STRAIGHT, but course and hull turn at a bounded rate
+    KITE = 3  # around the straight prediction, as far as ships were recorded to stray from it
+    BOX = 4  # the same, along and across the track independently
+
+
+SPREAD_AGES_S = (60.0, 120.0, 300.0, 600.0)  # the ages at which `Tracks.spread_m` is stated
 
 
 def _nothing() -> FloatArray:
@@ -217,11 +222,16 @@ class Tracks:
     names: tuple[str, ...] = ()
     turn_rate_radps: FloatArray = field(default_factory=_nothing)  # of TURNING, clockwise; default 0
     turn_rate_error_radps: FloatArray = field(default_factory=_nothing)
+    # of KITE and BOX: metres ahead, astern and abeam at each of `SPREAD_AGES_S`, 0 at age 0 and linear
+    # between; (n, 4, 3), or (n, 0, 3) while no row needs it
+    spread_m: FloatArray = field(default_factory=_nothing)
 
     def __post_init__(self) -> None:
         for name in ("turn_rate_radps", "turn_rate_error_radps"):
             if len(getattr(self, name)) != len(self.mmsi):
                 object.__setattr__(self, name, np.zeros(len(self.mmsi)))
+        if self.spread_m.ndim != 3:
+            object.__setattr__(self, "spread_m", np.empty((len(self.mmsi), 0, 3)))
 
     @classmethod
     def empty(cls) -> "Tracks":

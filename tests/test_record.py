@@ -58,6 +58,7 @@ def tracks_of(n: int, revision: int = 1) -> Tracks:
         "measured_at_ns": np.zeros(n, dtype=np.int64),
         "model": np.full(n, Model.STRAIGHT, dtype=np.int64),
         "names": tuple(f"ship {i}" for i in rows),
+        "spread_m": np.ones((n, 4, 3)),
     }
     return Tracks(**columns)
 
