@@ -52,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_run(commands)
     _add_sitl(commands)
     _add_replay(commands)
+    _add_calibrate(commands)
     return parser
 
 
@@ -139,6 +140,30 @@ def _add_replay(commands: Commands) -> None:
     p.set_defaults(command=_replay)
 
 
+def _add_calibrate(commands: Commands) -> None:  # type: ignore[valid-type]
+    text = """\
+    Learn from recorded traffic how far ships stray from their straight prediction.  Reads MarineCadastre
+    tables (CSV), NMEA 2000 candumps and AIVDM streams, plain or gzip'd.  Writes NAME.bounds.toml (for
+    [contacts] bounds_file), and a report with pictures: coverage and area on vessels set aside, by sort of
+    ship, and what other systems' rules for silent ships cost.
+    """
+    p = commands.add_parser("calibrate", help="learn bounds from recorded traffic", description=text)
+    p.add_argument("traffic", type=Path, nargs="+", metavar="TRAFFIC", help="recorded traffic")
+    p.add_argument("--out", default=".", metavar="FOLDER", help="where the files go (%(default)s)")
+    p.add_argument("--name", default="traffic", help="of the bounds (%(default)s)")
+    p.add_argument("--splits", type=int, default=16, help="repeated splits by vessel (%(default)s)")
+    p.add_argument("--seed", type=int, default=1, help="of the splits (%(default)s)")
+    p.add_argument(
+        "--check",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="TRAFFIC",
+        help="other traffic to test them on",
+    )
+    p.set_defaults(command=_calibrate)
+
+
 def _demo(options: argparse.Namespace) -> int:
     from sitl.demo import demo  # noqa: PLC0415 - each sub-command loads only what it needs
 
@@ -153,6 +178,12 @@ def _run(options: argparse.Namespace) -> int:
 
 def _sitl(options: argparse.Namespace) -> int:
     from sitl.process import run  # noqa: PLC0415
+
+    return run(options)
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    from companion.calibrate.command import run  # noqa: PLC0415
 
     return run(options)
 

@@ -54,6 +54,9 @@ class Source(StrEnum):
     AIS_VESSEL = "AIS_VESSEL"
     NMEA2000 = "NMEA2000"
     MAVLINK = "MAVLINK"
+    AIVDM = "AIVDM"
+    ADSB_VEHICLE = "ADSB_VEHICLE"
+    TABLE = "table"  # decoded long ago, of a CSV file
 
 
 class TargetKind(StrEnum):

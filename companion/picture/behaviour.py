@@ -64,8 +64,11 @@ class Fix(NamedTuple):
         return self.sog_mps is not None and self.sog_mps >= UNDER_WAY_MPS and self.cog_rad is not None
 
     def strayed_m(self, later: "Fix") -> tuple[float, float]:
-        """How far ahead and to starboard of this fix's straight prediction a later one is."""
-        sog, cog = self.sog_mps or 0.0, self.cog_rad or 0.0
+        """How far ahead and to starboard of this fix's straight prediction a later one is.
+
+        A ship not under way is predicted to stay; "ahead" is then north.
+        """
+        sog, cog = (self.sog_mps or 0.0, self.cog_rad or 0.0) if self.is_under_way else (0.0, 0.0)
         north, east = offset_m(self.latitude_deg, self.longitude_deg, later.latitude_deg, later.longitude_deg)
         cos, sin = math.cos(cog), math.sin(cog)
         return north * cos + east * sin - sog * elapsed_s(self.at, later.at), east * cos - north * sin
