@@ -12,7 +12,7 @@ from companion.calibrate import bounds_file, command, conformal, traffic
 from companion.calibrate.conformal import calibrate, quantile
 from companion.calibrate.dataset import Dataset, collect
 from companion.calibrate.evaluate import figures, forgetting
-from companion.calibrate.fit import sides_m
+from companion.calibrate.fit import Scales, Shape, sides_m
 from companion.calibrate.transfer import replayed, transfer
 from companion.errors import ConfigError, LogError
 from companion.instant import instant
@@ -54,12 +54,12 @@ def test_no_vessel_is_scored_by_scales_it_helped_to_fit(
     fitted: list[set[int]] = []
     scored: list[tuple[set[int], set[int]]] = []
 
-    class Spy(conformal.Scales):
+    class Spy(Scales):
         def score(self, data: Dataset, k: int) -> FloatArray:
             scored.append((set(data.vessel.tolist()), fitted[-1]))
             return super().score(data, k)
 
-    def fit(data: Dataset, shape: conformal.Shape) -> Spy:
+    def fit(data: Dataset, shape: Shape) -> Spy:
         fitted.append(set(data.vessel.tolist()))
         nothing = np.zeros((3, len(FEATURES)))
         return Spy(nothing[0], nothing[0] + 1, nothing, np.zeros((3, 4)), shape)
