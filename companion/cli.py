@@ -140,7 +140,7 @@ def _add_replay(commands: Commands) -> None:
     p.set_defaults(command=_replay)
 
 
-def _add_calibrate(commands: Commands) -> None:  # type: ignore[valid-type]
+def _add_calibrate(commands: Commands) -> None:
     text = """\
     Learn from recorded traffic how far ships stray from their straight prediction.  Reads MarineCadastre
     tables (CSV), NMEA 2000 candumps and AIVDM streams, plain or gzip'd.  Writes NAME.bounds.toml (for

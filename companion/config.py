@@ -48,10 +48,14 @@ class Autopilot(Section, frozen=True):
 
 
 class Links(Section, frozen=True):
-    """Where the bytes come from: MAVLink in pymavlink's or MAVSDK's spelling, CAN as `interface:channel`."""
+    """Where the bytes come from: MAVLink in pymavlink's or MAVSDK's spelling, CAN as `interface:channel`.
+
+    `aivdm`: NMEA 0183 sentences of an AIS receiver over UDP, TCP or serial, spelt as `mavlink` is; or none.
+    """
 
     mavlink: str = "udpin:0.0.0.0:14550"
     can: tuple[str, ...] = ()
+    aivdm: str = ""
 
 
 class Goal(Section, frozen=True):

@@ -28,6 +28,7 @@ class Link(StrEnum):
 
     MAVLINK = "mavlink"
     CAN = "can"
+    AIVDM = "aivdm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +36,8 @@ class Frame:
     """Raw bytes as they crossed an edge.
 
     A MAVLink frame is one read of the link (a datagram, or whatever a serial port had); it may
-    hold several messages, or part of one.  A CAN frame is one frame: `can_id` is the 29-bit
-    identifier and `data` its 0 to 8 bytes.
+    hold several messages, or part of one, and so may a frame of AIVDM sentences.  A CAN frame is one
+    frame: `can_id` is the 29-bit identifier and `data` its 0 to 8 bytes.
     """
 
     stamp: Instant

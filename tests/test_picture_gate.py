@@ -1,6 +1,7 @@
 """The gate's filter against filterpy's general one, and its second mode: a ship that turns."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,7 +86,7 @@ def test_a_ship_in_a_steady_hard_turn_is_believed_and_one_that_leaps_is_not() ->
 
 
 def test_without_a_velocity_position_alone_is_judged() -> None:
-    kinds: dict[str, object] = {"sog_mps": None, "cog_rad": None, "kind": TargetKind.CLASS_A}
+    kinds: Any = {"sog_mps": None, "cog_rad": None, "kind": TargetKind.CLASS_A}
     motion = GATEKEEPER.begin(report(0.0, **kinds))
     assert GATEKEEPER.judge(motion, report(10.0, 40.0, 0.0, **kinds)).plausible
     assert not GATEKEEPER.judge(motion, report(10.0, 4000.0, 0.0, **kinds)).plausible

@@ -10,11 +10,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from companion.edges.files import read_candump
+from companion.edges.sentences import read_sentences
 from companion.errors import LogError
 from companion.instant import NS_PER_S, Instant
 from companion.messages import ContactReport, Frame, Heard, Hull, Link, Source, TargetKind, UtcTime
 from companion.utc import UtcClock
 from companion.wire import ais_rules
+from companion.wire.aivdm import AivdmDecoder
 from companion.wire.nmea2000 import Nmea2000Decoder
 
 _KNOT_MPS = 1852 / 3600
@@ -35,9 +37,11 @@ def read(path: Path, counts: Counter[str]) -> Iterator[Heard]:
         return _table(path, text.decode("utf-8", "replace"), counts)
     if any(line.startswith(b"(") and b"#" in line for line in head.splitlines()[:20]):
         return _bus(path, counts)
+    if any(b"!" in line and b"VD" in line for line in head.splitlines()[:20]):
+        return _sentences(path, counts)
     raise LogError(
-        f"{path}: neither a table with {', '.join(_NEEDED)}, nor a candump log; "
-        "give MarineCadastre CSV or candump, plain or .gz"
+        f"{path}: neither a table with {', '.join(_NEEDED)}, nor a candump log, nor AIVDM sentences; "
+        "give MarineCadastre CSV, candump or AIVDM, plain or .gz"
     )
 
 
@@ -49,6 +53,16 @@ def _bus(path: Path, counts: Counter[str]) -> Iterator[Heard]:
             if isinstance(heard, UtcTime):
                 utc.observe(heard)
             yield heard
+    counts.update(decoder.counts)
+
+
+def _sentences(path: Path, counts: Counter[str]) -> Iterator[Heard]:
+    utc = UtcClock()
+    decoder = AivdmDecoder(utc)
+    for at, line, dated in read_sentences(path):
+        if dated:
+            utc.observe(UtcTime(at, Source.AIVDM, at))  # the file's times are UTC
+        yield from decoder.decode(Frame(at, Link.AIVDM, line + b"\n"))
     counts.update(decoder.counts)
 
 
