@@ -111,7 +111,7 @@ class Contacts(Section, frozen=True):
 class Field(Section, frozen=True):
     """The paper's potential field: K_p, K_r, delta and T.
 
-    `attraction = "unit"` pulls with K_p whatever the distance; `"proportional"` is eq. (5) to the
+    `attraction = "unit"` pulls with K_p whatever the distance; `"proportional"` is eq. (6) to the
     letter, K_p times the distance.
     """
 

@@ -5,6 +5,7 @@
 Pure: no clock, no I/O, no randomness.  The same ticks give the same decisions, bit for bit.
 """
 
+import math
 from collections import Counter
 
 import numpy as np
@@ -83,6 +84,7 @@ class Core:
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
         self._goal_m: FloatArray | None = None
+        self._goal_range_m = 0.0
         self._heartbeat_due: Instant | None = None
         self._told: dict[str, Instant] = {}
 
@@ -104,7 +106,7 @@ class Core:
         tracks = self._tracks(now)
         reasons = self._own.doubts(now) + self._picture.notes(now) + self._requests.notes()
         goal_m = self._goal(reasons)
-        to_goal_m = None if own is None or goal_m is None else float(np.hypot(*(goal_m - own.position_m)))
+        to_goal_m = None if own is None or goal_m is None else own.distance_to_m(goal_m)
         phase = self._mission.advance(
             now,
             self._own.is_ready(now),
@@ -181,12 +183,11 @@ class Core:
         """(2,) the goal in the local frame, once there is one; a goal out of reach is refused."""
         if self._goal_m is None and self._own.frame is not None:
             goal = self._config.goal
-            self._goal_m = np.array(self._own.frame.to_local(goal.latitude_deg, goal.longitude_deg))
-        if self._goal_m is None:
-            return None
-        distance_m = float(np.hypot(*self._goal_m))
-        if not distance_m <= MAX_RANGE_M:
-            text = f"goal is {distance_m / 1000:.0f} km from the start, at most {MAX_RANGE_M / 1000:.0f} km"
+            north_m, east_m = self._own.frame.to_local(goal.latitude_deg, goal.longitude_deg)
+            self._goal_m, self._goal_range_m = np.array((north_m, east_m)), math.hypot(north_m, east_m)
+        if self._goal_range_m > MAX_RANGE_M:
+            range_km = self._goal_range_m / 1000
+            text = f"goal is {range_km:.0f} km from the start, at most {MAX_RANGE_M / 1000:.0f} km"
             reasons.append(Reason("plan.goal_too_far", text))
             return None
         return self._goal_m
@@ -284,7 +285,7 @@ class Core:
             )
             if len(texts) < MOST_STATUSTEXTS and (last is None or again):
                 self._told[reason.code] = now
-                texts.append(StatusText(4, reason.text[:50]))
+                texts.append(StatusText(4, reason.text))
         return texts
 
     def _counts(self) -> dict[str, int]:

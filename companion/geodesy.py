@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import pymap3d
 
 MAX_RANGE_M = 100_000.0
+_WGS84 = pymap3d.Ellipsoid.from_name("wgs84")  # made once: pymap3d would make it at every call
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +24,7 @@ class LocalFrame:
     def to_local(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
         """North and east in metres."""
         east, north, _ = pymap3d.geodetic2enu(
-            latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0
+            latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0, _WGS84
         )
         return float(north), float(east)
 
@@ -31,7 +32,9 @@ class LocalFrame:
         """Latitude and longitude in degrees of a point on the sea's surface."""
         # the tangent plane lies above the ellipsoid: lower the point onto it first
         down = (north_m**2 + east_m**2) / (2 * 6_371_000.0)
-        lat, lon, _ = pymap3d.enu2geodetic(east_m, north_m, -down, self.latitude_deg, self.longitude_deg, 0.0)
+        lat, lon, _ = pymap3d.enu2geodetic(
+            east_m, north_m, -down, self.latitude_deg, self.longitude_deg, 0.0, _WGS84
+        )
         return float(lat), float(lon)
 
 

@@ -7,6 +7,7 @@ z down).  Headings and courses clockwise from true north.  "Not available" is `N
 an array whose docstring says so), never a number.
 """
 
+import math
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
@@ -176,6 +177,10 @@ class OwnState:
         """(2,) north, east."""
         return np.array((self.north_m, self.east_m))
 
+    def distance_to_m(self, point_m: FloatArray) -> float:
+        """Horizontal distance to a point (2,)."""
+        return math.hypot(point_m[0] - self.north_m, point_m[1] - self.east_m)
+
 
 class Model(IntEnum):
     """Which obstacle model describes a contact."""
@@ -336,7 +341,7 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class StatusText:
-    """A line for the ground station, at most 50 characters; severity as in MAV_SEVERITY."""
+    """A line for the ground station; severity as in MAV_SEVERITY.  The wire cuts it into chunks."""
 
     severity: int
     text: str

@@ -84,6 +84,11 @@ def test_frames_of_every_promised_kind_are_in_the_log(crossing: tuple[int, Path]
     }
 
 
+@pytest.mark.parametrize("scenario", ["px4_crossing", "boat_crossing"])
+def test_other_autopilots_and_hulls_cross_too(scenario: str, tmp_path: Path) -> None:
+    assert main(["demo", "--scenario", scenario, "--out", str(tmp_path)]) == 0
+
+
 def test_a_recorded_lake_is_crossed(shared_data: Path, tmp_path: Path) -> None:
     log = shared_data / "n2k_ijsselmeer_20221130_native.candump.gz"
     assert main(["demo", "--traffic", str(log), "--out", str(tmp_path)]) == 0
@@ -116,3 +121,32 @@ def test_a_mistake_is_answered_with_a_sentence_and_status_2(
     said = capsys.readouterr().err
     assert words in said
     assert "Traceback" not in said
+
+
+def test_a_board_that_requires_a_certificate_refuses_a_model_without_one(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    config = tmp_path / "c.toml"
+    config.write_text('goal = { latitude_deg = 1.0, longitude_deg = 2.0 }\nrepulsion.model = "paper15x16"\n')
+    assert main(["run", "--config", str(config), "--require-certificate", "--out", str(tmp_path)]) == 2
+    assert "certificate" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", [b"", b"not onnx at all", b"\x08\x07" * 500])
+def test_a_foreign_model_is_refused_at_start(
+    content: bytes, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    model, config = tmp_path / "foreign.onnx", tmp_path / "c.toml"
+    model.write_bytes(content)
+    config.write_text(f'repulsion.model = "{model}"\n')
+    assert main(["demo", "--config", str(config), "--out", str(tmp_path / "runs")]) == 2
+    assert "repulsion.model" in capsys.readouterr().err
+
+
+def test_a_model_for_other_constants_is_refused_at_start(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    config = tmp_path / "c.toml"
+    config.write_text("field.delta_m = 6.0\n")
+    assert main(["demo", "--config", str(config), "--out", str(tmp_path / "runs")]) == 2
+    assert "delta" in capsys.readouterr().err

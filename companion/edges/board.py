@@ -21,6 +21,7 @@ from companion.instant import Instant
 from companion.loop import Journal, Journals, Tick
 from companion.loop import run as run_loop
 from companion.messages import Decision, Phase
+from companion.planning import certificate
 from companion.record import LOG_NAME, Recorder
 from companion.record.session import session
 
@@ -50,6 +51,9 @@ def run(options: Namespace) -> int:
     """Steer a vehicle; exit status 0 however the run was ended, once it has begun."""
     console = Console(stderr=True)
     config = _configuration(options)
+    if options.require_certificate and config.repulsion.kind == "network":
+        held = certificate.check(config.repulsion.model)
+        console.print(f"certificate of {held.model} holds", highlight=False)
     companion = build(config)
     with ExitStack() as stack:
         stop = stack.enter_context(stop_on_signals())

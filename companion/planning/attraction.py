@@ -1,6 +1,6 @@
-"""The pull toward the goal: minus the gradient of eq. (5), in the two readings the paper leaves open.
+"""The pull toward the goal: minus the gradient of eq. (6), in the two readings the paper leaves open.
 
-    proportional:  -grad (K_p/2 |x - g|^2) = K_p (g - x)          eq. (5) to the letter
+    proportional:  -grad (K_p/2 |x - g|^2) = K_p (g - x)          eq. (6) to the letter
     unit:          K_p (g - x) / |g - x|                          a pull of constant strength
 
 The paper's own figure (18.8 m to the sets) fits the unit reading: force balance against

@@ -1,62 +1,19 @@
-"""The `companion` command: reads options, wires the parts together, and turns errors into sentences."""
+"""The main job: `demo`, `run`, `sitl` and `replay`."""
 
 import argparse
-import sys
-from collections.abc import Callable, Sequence
-from importlib.metadata import version
 from pathlib import Path
-from typing import TypeAlias
 
-from companion.errors import CompanionError
+from companion.cli.options import Commands, position, speedup
 
-EXIT_OK, EXIT_FAILED, EXIT_USAGE = 0, 1, 2
-
-DESCRIPTION = """\
-Crosses ship traffic that the vehicle cannot see.
-
-For every ship heard of, companion keeps the set of places where it can be by now, steers an
-ArduPilot or PX4 vehicle to its goal around all of them, and lets a guard have the last word.
-"""
-
-EPILOG = """\
-first steps:
-  companion demo                                  cross the paper's shipping channel, in simulation
-  companion demo --traffic LOG.candump.gz         cross recorded real traffic
-  companion sitl & companion run --config C.toml  two processes over UDP MAVLink and a CAN bus
-  companion replay runs/LATEST                    re-run a log and compare every decision
-"""
+EXIT_OK, EXIT_FAILED = 0, 1
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run one sub-command; the process's exit status."""
-    options = _parser().parse_args(argv)
-    command: Callable[[argparse.Namespace], int] = options.command
-    try:
-        return command(options)
-    except CompanionError as error:
-        print(f"companion: {error}", file=sys.stderr)
-        return EXIT_USAGE
-    except KeyboardInterrupt:
-        print("companion: interrupted", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        return EXIT_FAILED
-
-
-def _parser() -> argparse.ArgumentParser:
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser("companion", description=DESCRIPTION, epilog=EPILOG, formatter_class=raw)
-    parser.add_argument("--version", action="version", version=f"companion {version('companion')}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+def add(commands: Commands) -> None:
+    """Add the four."""
     _add_demo(commands)
     _add_run(commands)
     _add_sitl(commands)
     _add_replay(commands)
-    _add_calibrate(commands)
-    return parser
-
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def _add_demo(commands: Commands) -> None:
@@ -72,8 +29,8 @@ def _add_demo(commands: Commands) -> None:
     p.add_argument(
         "--scenario", metavar="NAME|FILE", help="sea (uuv_crossing; with --traffic recorded_crossing)"
     )
-    p.add_argument("--start", type=_position, metavar="LAT,LON", help="where the vehicle begins, degrees")
-    p.add_argument("--goal", type=_position, metavar="LAT,LON", help="where it shall arrive, degrees")
+    p.add_argument("--start", type=position, metavar="LAT,LON", help="where the vehicle begins, degrees")
+    p.add_argument("--goal", type=position, metavar="LAT,LON", help="where it shall arrive, degrees")
     p.add_argument("--seed", type=int, default=1, help="of the ships' noise and phases (%(default)s)")
     p.add_argument(
         "--config", type=Path, metavar="FILE", help="companion configuration laid over the scenario's"
@@ -105,10 +62,13 @@ def _add_run(commands: Commands) -> None:
         metavar="INTERFACE:CHANNEL",
         help="socketcan:can0, udp_multicast:239.74.163.2 ...; repeatable",
     )
-    p.add_argument("--goal", type=_position, metavar="LAT,LON", help="degrees")
+    p.add_argument("--goal", type=position, metavar="LAT,LON", help="degrees")
     p.add_argument("--out", type=Path, metavar="DIR", help="parent of run folders")
     p.add_argument(
-        "--speedup", type=_speedup, default=1.0, metavar="N", help="simulators only: N times real time"
+        "--speedup", type=speedup, default=1.0, metavar="N", help="simulators only: N times real time"
+    )
+    p.add_argument(
+        "--require-certificate", action="store_true", help="refuse a model whose certificate does not hold"
     )
     p.add_argument("--until-arrived", action="store_true", help="end after surfacing at the goal")
     p.set_defaults(command=_run)
@@ -122,13 +82,13 @@ def _add_sitl(commands: Commands) -> None:
     p = commands.add_parser("sitl", help="the bundled vehicle and traffic as a process", description=text)
     p.add_argument("--scenario", default="uuv_crossing", metavar="NAME|FILE", help="sea (%(default)s)")
     p.add_argument("--traffic", type=Path, metavar="FILE", help="candump log (plain or .gz) as the sea")
-    p.add_argument("--start", type=_position, metavar="LAT,LON", help="where the vehicle begins, degrees")
-    p.add_argument("--goal", type=_position, metavar="LAT,LON", help="where the run is over, degrees")
+    p.add_argument("--start", type=position, metavar="LAT,LON", help="where the vehicle begins, degrees")
+    p.add_argument("--goal", type=position, metavar="LAT,LON", help="where the run is over, degrees")
     p.add_argument("--mavlink", default="udpout:127.0.0.1:14550", metavar="URL", help="(%(default)s)")
     p.add_argument(
         "--can", default="udp_multicast:239.74.163.2", metavar="INTERFACE:CHANNEL", help="(%(default)s)"
     )
-    p.add_argument("--speedup", type=_speedup, default=1.0, metavar="N", help="N times real time")
+    p.add_argument("--speedup", type=speedup, default=1.0, metavar="N", help="N times real time")
     p.add_argument("--seed", type=int, default=1, help="of the ships' noise and phases (%(default)s)")
     p.set_defaults(command=_sitl)
 
@@ -138,30 +98,6 @@ def _add_replay(commands: Commands) -> None:
     p = commands.add_parser("replay", help="re-run a log and compare every decision", description=text)
     p.add_argument("run_folder", type=Path, help="a run folder, or its .mcap file")
     p.set_defaults(command=_replay)
-
-
-def _add_calibrate(commands: Commands) -> None:
-    text = """\
-    Learn from recorded traffic how far ships stray from their straight prediction.  Reads MarineCadastre
-    tables (CSV), NMEA 2000 candumps and AIVDM streams, plain or gzip'd.  Writes NAME.bounds.toml (for
-    [contacts] bounds_file), and a report with pictures: coverage and area on vessels set aside, by sort of
-    ship, and what other systems' rules for silent ships cost.
-    """
-    p = commands.add_parser("calibrate", help="learn bounds from recorded traffic", description=text)
-    p.add_argument("traffic", type=Path, nargs="+", metavar="TRAFFIC", help="recorded traffic")
-    p.add_argument("--out", default=".", metavar="FOLDER", help="where the files go (%(default)s)")
-    p.add_argument("--name", default="traffic", help="of the bounds (%(default)s)")
-    p.add_argument("--splits", type=int, default=16, help="repeated splits by vessel (%(default)s)")
-    p.add_argument("--seed", type=int, default=1, help="of the splits (%(default)s)")
-    p.add_argument(
-        "--check",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="TRAFFIC",
-        help="other traffic to test them on",
-    )
-    p.set_defaults(command=_calibrate)
 
 
 def _demo(options: argparse.Namespace) -> int:
@@ -182,12 +118,6 @@ def _sitl(options: argparse.Namespace) -> int:
     return run(options)
 
 
-def _calibrate(options: argparse.Namespace) -> int:
-    from companion.calibrate.command import run  # noqa: PLC0415
-
-    return run(options)
-
-
 def _replay(options: argparse.Namespace) -> int:
     from companion.replay import replay  # noqa: PLC0415
 
@@ -201,24 +131,3 @@ def _replay(options: argparse.Namespace) -> int:
         return EXIT_FAILED
     print(f"{result.ticks} steps replayed, every decision and every byte sent the same")
     return EXIT_OK
-
-
-def _position(text: str) -> tuple[float, float]:
-    """LAT,LON in degrees."""
-    try:
-        latitude, longitude = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not LAT,LON in degrees, such as 59.72,24.74") from None
-    if not (abs(latitude) <= 90 and abs(longitude) <= 180):
-        raise argparse.ArgumentTypeError(f"{text!r}: latitude is within 90 and longitude within 180 degrees")
-    return latitude, longitude
-
-
-def _speedup(text: str) -> float:
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = 0.0
-    if not 0.01 <= factor <= 1000:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a factor between 0.01 and 1000")
-    return factor
