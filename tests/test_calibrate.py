@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from companion import config
-from companion.calibrate import bounds_file, command, conformal, traffic
+from companion.calibrate import bounds_file, command, conformal
 from companion.calibrate.conformal import calibrate, quantile
 from companion.calibrate.dataset import Dataset, collect
 from companion.calibrate.evaluate import figures, forgetting
 from companion.calibrate.fit import Scales, Shape, sides_m
 from companion.calibrate.transfer import replayed, transfer
+from companion.edges import traffic
 from companion.errors import ConfigError, LogError
 from companion.instant import instant
 from companion.messages import SPREAD_AGES_S, FloatArray, Model

@@ -14,7 +14,7 @@ from pyais.encode import encode_dict
 from pyais.stream import IterMessages
 
 from companion import config
-from companion.calibrate import traffic
+from companion.edges import traffic
 from companion.edges.sentences import read_sentences
 from companion.errors import LogError
 from companion.instant import Instant, instant

@@ -6,7 +6,7 @@ from companion.calibrate.conformal import KS, Calibration, quantile
 from companion.calibrate.dataset import Dataset
 from companion.messages import SPREAD_AGES_S, FloatArray
 from companion.picture.behaviour import FEATURES
-from companion.picture.learned import SIDES, VERSION
+from companion.picture.learned import SIDES, STILL_MPS, VERSION
 
 WIDEST = 20.0  # of a quantile: stands for "as far as the ship can go at all"
 
@@ -44,8 +44,11 @@ def text(found: Calibration, data: Dataset, levels: tuple[float, ...], sources: 
         "[quantiles] # level = natural logarithm, for each age; of vessels no scale was fitted on",
         *(f'"{v:g}" = {_row(_quantiles(found, v))}' for v in levels),
         "",
-        "[rest_m] # level = metres by each age that ships not under way were off; cut at top speed * age",
-        *(f'"{v:g}" = {_row(_rest_m(data, v))}' for v in levels),
+        "[still_m] # level = metres by each age that ships at rest were off; cut at top speed * age",
+        *(f'"{v:g}" = {_row(_rest_m(data, v, is_still=True))}' for v in levels),
+        "",
+        "[slow_m] # the same of ships neither still nor under way",
+        *(f'"{v:g}" = {_row(_rest_m(data, v, is_still=False))}' for v in levels),
     ]
     return "\n".join(lines) + "\n"
 
@@ -54,10 +57,11 @@ def _quantiles(found: Calibration, level: float) -> list[float]:
     return [min(found.quantile(k, level), WIDEST) for k in KS]
 
 
-def _rest_m(data: Dataset, level: float) -> list[float]:
+def _rest_m(data: Dataset, level: float, *, is_still: bool) -> list[float]:
     found = []
+    rest = data.only(~data.under_way & ((data.sog_mps < STILL_MPS) == is_still))
     for k in KS:
-        part = data.only((data.watch == k) & ~data.under_way)
+        part = rest.only(rest.watch == k)
         off = np.hypot(part.ahead_m, part.aside_m)
         found.append(min(quantile(off, level), 16.0 * SPREAD_AGES_S[k]))
     return [float(x) for x in np.maximum.accumulate(found)]

@@ -11,8 +11,8 @@ from companion.calibrate.conformal import calibrate
 from companion.calibrate.dataset import Dataset, collect
 from companion.calibrate.evaluate import Figure, Forgetting, figures, forgetting
 from companion.calibrate.fit import Shape
-from companion.calibrate.traffic import read
 from companion.calibrate.transfer import Transfer, transfer
+from companion.edges.traffic import read
 from companion.errors import ConfigError
 from companion.picture import learned
 

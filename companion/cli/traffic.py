@@ -20,7 +20,9 @@ def add(commands: Commands) -> None:
     p.add_argument("--own", type=position, metavar="LAT,LON", help="our position, where the source has none")
     p.add_argument("--bounds", default="", metavar="FILE|NAME", help="a bounds file, such as houston")
     p.add_argument("--at", type=float, metavar="S", help="stop so many seconds into a file (its end)")
-    p.add_argument("--silence", type=float, default=0.0, metavar="S", help="and then hear nothing for so long")
+    p.add_argument(
+        "--silence", type=float, default=0.0, metavar="S", help="and then hear nothing for so long"
+    )
     p.add_argument("--most", type=int, default=25, metavar="N", help="contacts listed (%(default)s)")
     p.add_argument("--chart", type=Path, default=Path("picture.png"), metavar="PNG", help="(%(default)s)")
     p.set_defaults(command=_picture)

@@ -91,9 +91,11 @@ class Assumptions:
         )
         if self.learned is None:
             return bounds
-        if slow:
-            return bounds._replace(disc_speed_mps=max(kept_mps, self.learned.rest_mps))
-        return self._as_learned(bounds, report, spread_m) if straight and spread_m is not None else bounds
+        if spread_m is None or not (slow or straight):
+            return bounds
+        learned = self._as_learned(bounds, report, spread_m)
+        # a ship at rest is where it is: its speed foretells nothing
+        return learned._replace(sog_mps=0.0, cog_rad=0.0, model=float(Model.BOX)) if slow else learned
 
     def _as_learned(self, bounds: Bounds, report: ContactReport, spread_m: FloatArray) -> Bounds:
         """A learned row; its noise columns say what the spread at the first age amounts to."""

@@ -30,6 +30,7 @@ VERSION = 1
 SIDES = ("ahead", "astern", "abeam")
 GROWTH = 1.3  # errors grow as age ** GROWTH between the stated ages
 LEAST_M = 1.0
+STILL_MPS = 0.1
 REMEDY = "write one with `companion calibrate TRAFFIC...`, or leave contacts.bounds_file empty"
 
 
@@ -43,7 +44,8 @@ class BoundsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     weights: dict[str, tuple[float, float, float]]  # name -> of ahead, astern, abeam
     base: dict[str, tuple[float, ...]]  # side -> one for each age
     quantiles: dict[str, tuple[float, ...]]  # level -> one for each age
-    rest_m: dict[str, tuple[float, ...]]  # level -> how far ships at rest were by then
+    still_m: dict[str, tuple[float, ...]]  # level -> how far ships at rest were by then
+    slow_m: dict[str, tuple[float, ...]]  # the same of those slower than under way, but not still
     trained_on: tuple[str, ...] = ()
     vessels: int = 0
     outcomes: tuple[int, ...] = ()
@@ -60,7 +62,8 @@ class LearnedBounds:
     weights: FloatArray  # (3, F)
     base: FloatArray  # (3, K)
     quantile: FloatArray  # (K,)
-    rest_mps: float  # a ship at rest is within its position error and this times the age
+    still_m: FloatArray  # (K,) how far a ship at rest gets
+    slow_m: FloatArray  # and one that creeps or swings at anchor
 
     def log_scale(self, features: Features) -> FloatArray:
         """(3, K) natural logarithms of the scales, metres."""
@@ -78,6 +81,12 @@ class LearnedBounds:
         """(K, 3) half sizes at the stated ages; `raised` (K,) is added to the quantiles."""
         half = np.exp(self.log_scale(features) + self.quantile + raised).T
         return limited(np.maximum.accumulate(half, axis=0), sog_mps, top_mps)
+
+
+def at_rest_m(bounds: LearnedBounds, sog_mps: float, top_mps: float) -> FloatArray:
+    """(K, 3) half sizes of the square around a ship not under way: at its berth, at anchor, creeping."""
+    radius = bounds.still_m if sog_mps < STILL_MPS else bounds.slow_m
+    return limited(np.repeat(radius[:, None], 3, axis=1), 0.0, top_mps)
 
 
 def limited(half_m: FloatArray, sog_mps: FloatArray | float, top_mps: FloatArray | float) -> FloatArray:
@@ -106,7 +115,7 @@ def parse(text: str, origin: str) -> BoundsFile:
     if file.version != VERSION:
         raise ConfigError(f"{where}: version {file.version}, this companion reads {VERSION}; {REMEDY}")
     ages = len(SPREAD_AGES_S)
-    rows = (*file.base.values(), *file.quantiles.values(), *file.rest_m.values())
+    rows = (*file.base.values(), *file.quantiles.values(), *file.still_m.values(), *file.slow_m.values())
     complete = (
         file.ages_s == SPREAD_AGES_S
         and tuple(file.features) == FEATURES
@@ -124,10 +133,9 @@ def parse(text: str, origin: str) -> BoundsFile:
 def prepare(file: BoundsFile, level: float, origin: str) -> LearnedBounds:
     """The arrays for a level that the file states."""
     key = f"{level:g}"
-    if key not in file.quantiles or key not in file.rest_m:
+    if not (key in file.quantiles and key in file.still_m and key in file.slow_m):
         known = ", ".join(file.quantiles)
         raise ConfigError(f"contacts.bounds_level = {key}: '{origin}' states {known}; choose one of them")
-    rest = np.array(file.rest_m[key]) / np.array(SPREAD_AGES_S)
     features = np.array(list(file.features.values()))
     return LearnedBounds(
         model=Model.KITE if file.shape == "kite" else Model.BOX,
@@ -137,7 +145,8 @@ def prepare(file: BoundsFile, level: float, origin: str) -> LearnedBounds:
         weights=np.array([file.weights[name] for name in FEATURES]).T,
         base=np.array([file.base[side] for side in SIDES]),
         quantile=np.array(file.quantiles[key]),
-        rest_mps=float(rest.max()),
+        still_m=np.array(file.still_m[key]),
+        slow_m=np.array(file.slow_m[key]),
     )
 
 

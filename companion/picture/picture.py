@@ -9,6 +9,8 @@ whose bounds change by age alone, and is otherwise the same object as before.
 
 from collections import Counter
 
+import numpy as np
+
 from companion import config
 from companion.geodesy import LocalFrame
 from companion.instant import Instant
@@ -75,6 +77,19 @@ class Picture:
         """How many reports of a contact came from each source; empty when it is unknown."""
         contact = self._contacts.get(mmsi)
         return dict(contact.heard_from) if contact else {}
+
+    def places_deg(self) -> FloatArray:
+        """(n, 2) latitude and longitude of every contact's newest believed position."""
+        newest = [c.places.held[-1].report for c in self._contacts.values() if c.places.held]
+        return np.array([(r.latitude_deg, r.longitude_deg) for r in newest], dtype=np.float64).reshape(-1, 2)
+
+    def end(self, mmsi: int) -> bool:
+        """The operator says that this contact is no more; False when it was not known."""
+        if mmsi not in self._contacts:
+            return False
+        self._forget(mmsi)
+        self.counts["picture.ended_by_operator"] += 1
+        return True
 
     def observe_own(self, own: OwnPosition) -> None:
         """A position of our own platform, to know our echo by."""
@@ -160,13 +175,17 @@ class Picture:
                 self.counts["picture.refused_when_full"] += 1
                 return None
             self.counts["picture.evicted_when_full"] += 1
-            self._resize(gone, 0)
-            self._touched.discard(gone)
-            self._unjudged.discard(gone)
-            self._ledger.strike(gone)
-            del self._contacts[gone]
+            self._forget(gone)
         contact = self._contacts[report.mmsi] = Contact(report.mmsi, sender)
         return contact
+
+    def _forget(self, mmsi: int) -> None:
+        self._resize(mmsi, 0)
+        self._touched.discard(mmsi)
+        self._unjudged.discard(mmsi)
+        self._ledger.strike(mmsi)
+        del self._contacts[mmsi]
+        self._next_change = Instant(-(2**62))  # the rows are told anew
 
     def _write(self, contact: Contact, now: Instant, frame: LocalFrame) -> None:
         held = contact.places.held
@@ -211,7 +230,12 @@ class Picture:
         """(K, 3) how far recorded ships like this one strayed; None without a bounds file or a course."""
         forecast = place.history.newest if place.history else None
         bounds = self._assumptions.learned
-        if bounds is None or forecast is None or self.adaptation is None or not forecast.fix.is_under_way:
+        if bounds is None or forecast is None or self.adaptation is None:
+            return None
+        if self._assumptions.is_slow(place.report):
+            top_mps = self._assumptions.top_speed_mps(place.report)
+            return learned.at_rest_m(bounds, place.report.sog_mps or 0.0, top_mps)
+        if not forecast.fix.is_under_way:
             return None
         raised = self.adaptation.raised(forecast.sort)
         top_mps = self._assumptions.top_speed_mps(place.report)
