@@ -190,7 +190,7 @@ def test_a_goal_inside_a_ships_set_is_not_entered() -> None:
             north += decision.setpoint.velocity_ned_mps[0] / 10
         if decision.repulsion is not None:
             closest = min(closest, float(decision.repulsion.nearest.distance_m.min()))
-    assert decision.phase is Phase.CROSS
+    assert decision.phase is Phase.RISE  # there is no way forward: perhaps new reports know one
     assert closest > 5.0
 
 
