@@ -164,8 +164,8 @@ def run(options: argparse.Namespace) -> int:
     )
     for r in rows:
         text += (
-            f"| {r.policy} | {'yes' if r.arrived else 'no'} | {r.time_s:.0f} | {r.surfacings} | {r.oldest_s:.0f} "
-            f"| {r.nearest_set_m:.1f} | {r.nearest_hull_m:.1f} | {r.guard_changed:.2%} |\n"
+            f"| {r.policy} | {'yes' if r.arrived else 'no'} | {r.time_s:.0f} | {r.surfacings} "
+            f"| {r.oldest_s:.0f} | {r.nearest_set_m:.1f} | {r.nearest_hull_m:.1f} | {r.guard_changed:.2%} |\n"
         )
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "table.md").write_text(text, encoding="utf-8")
