@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -87,9 +89,8 @@ def test_the_mission_goes_up_listens_and_goes_on() -> None:
     steps = [(0, 0.0, False), (1, 0.0, False), (61, 0.0, False), (70, 45.0, True), (80, 20.0, True)]
     phases = []
     for t, depth, must in [*steps, (170, 0.5, True), (171, 0.5, True), (240, 0.5, True)]:
-        phases.append(
-            mission.advance(instant(t), True, own(depth_m=depth), 900.0, 1, clear, lambda m=must: m)
-        )
+        renew = partial(bool, must)
+        phases.append(mission.advance(instant(t), True, own(depth_m=depth), 900.0, 1, clear, renew))
     listen, cross, rise = Phase.LISTEN, Phase.CROSS, Phase.RISE
     assert phases == [listen, listen, cross, rise, rise, listen, listen, cross]
     assert mission.crossings == 2
