@@ -29,6 +29,13 @@ STUDIES = (
         guard_options.add_guard,
         "sitl.studies.guard",
     ),
+    Study(
+        "endurance",
+        "six channels in a row: surfacing as a decision",
+        guard_options.ENDURANCE,
+        guard_options.add_endurance,
+        "sitl.studies.endurance",
+    ),
 )
 
 
