@@ -82,7 +82,7 @@ def test_the_area_is_that_of_the_set() -> None:
         (area,) = areas_m2(sets.support(directions))
         x, y = sets.outline(0).T
         shoelace = 0.5 * abs(np.dot(x[:-1], y[1:]) - np.dot(x[1:], y[:-1]))
-        assert area == pytest.approx(shoelace, rel=0.02)
+        assert area == pytest.approx(shoelace, rel=0.03)  # a tangent polygon cuts no corner
         assert area >= shoelace * 0.999
 
 
@@ -95,7 +95,7 @@ def test_the_command_lists_and_draws_a_recorded_bus(
     shared_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "160")
-    options = command(shared_data / GULF, tmp_path / "c.png", at=200.0, silence=350.0, most=90)
+    options = command(shared_data / GULF, tmp_path / "c.png", silence=350.0, most=90)
     assert lookout.run(options) == 0
     said = capsys.readouterr().out
     assert "ELEKTRA" in said

@@ -77,16 +77,22 @@ class LearnedBounds:
         whole = sum(out) if self.model is Model.KITE else max(out)
         return math.log(max(whole, 1e-6)) - float(self.quantile[k])
 
-    def spread_m(self, features: Features, raised: FloatArray, sog_mps: float, top_mps: float) -> FloatArray:
-        """(K, 3) half sizes at the stated ages; `raised` (K,) is added to the quantiles."""
-        half = np.exp(self.log_scale(features) + self.quantile + raised).T
-        return limited(np.maximum.accumulate(half, axis=0), sog_mps, top_mps)
+    def spread_m(
+        self, features: FloatArray, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray
+    ) -> FloatArray:
+        """(n, K, 3) half sizes at the stated ages for `features` (n, F).
 
+        `raised` (n, K) is added to the quantiles.
+        """
+        x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
+        log_scale = self.base.T + (x @ self.weights.T)[:, None, :]
+        half = np.exp(log_scale + (self.quantile + raised)[:, :, None])
+        return limited(np.maximum.accumulate(half, axis=1), sog_mps, top_mps)
 
-def at_rest_m(bounds: LearnedBounds, sog_mps: float, top_mps: float) -> FloatArray:
-    """(K, 3) half sizes of the square around a ship not under way: at its berth, at anchor, creeping."""
-    radius = bounds.still_m if sog_mps < STILL_MPS else bounds.slow_m
-    return limited(np.repeat(radius[:, None], 3, axis=1), 0.0, top_mps)
+    def at_rest_m(self, sog_mps: FloatArray, top_mps: FloatArray) -> FloatArray:
+        """(n, K, 3) half sizes of the squares around ships not under way: at berth, at anchor, creeping."""
+        radius = np.where((sog_mps < STILL_MPS)[:, None], self.still_m, self.slow_m)
+        return limited(np.repeat(radius[:, :, None], 3, axis=2), np.zeros(len(sog_mps)), top_mps)
 
 
 def limited(half_m: FloatArray, sog_mps: FloatArray | float, top_mps: FloatArray | float) -> FloatArray:

@@ -138,8 +138,7 @@ class Picture:
             self._unjudged |= due
         elif not self._touched:
             return self._last
-        for mmsi in sorted(self._touched):
-            self._write(self._contacts[mmsi], now, frame)
+        self._write([self._contacts[mmsi] for mmsi in sorted(self._touched)], now, frame)
         self._touched.clear()
         self._next_change = self._table.next_change()
         self._last = self._table.tracks()
@@ -187,17 +186,33 @@ class Picture:
         del self._contacts[mmsi]
         self._next_change = Instant(-(2**62))  # the rows are told anew
 
-    def _write(self, contact: Contact, now: Instant, frame: LocalFrame) -> None:
-        held = contact.places.held
-        slots = self._resize(contact.mmsi, len(held))
-        for slot, place in zip(slots, held, strict=True):
-            self._table.write(slot, self._row(contact, place, now, frame))
+    def _write(self, touched: list[Contact], now: Instant, frame: LocalFrame) -> None:
+        """Tell the rows of `touched` anew; what takes numpy is done for all of them at once."""
+        places = [(contact, place) for contact in touched for place in contact.places.held]
+        latitude = np.array([place.report.latitude_deg for _, place in places], dtype=np.float64)
+        longitude = np.array([place.report.longitude_deg for _, place in places], dtype=np.float64)
+        north, east = frame.to_local_many(latitude, longitude) if places else (latitude, longitude)
+        spreads = self._spreads_m([place for _, place in places])
+        at = 0
+        for contact in touched:
+            for slot in self._resize(contact.mmsi, len(contact.places.held)):
+                place = places[at][1]
+                row = self._row(contact, place, now, frame, (float(north[at]), float(east[at])), spreads[at])
+                self._table.write(slot, row)
+                at += 1
 
-    def _row(self, contact: Contact, place: Hypothesis, now: Instant, frame: LocalFrame) -> Row:
+    def _row(
+        self,
+        contact: Contact,
+        place: Hypothesis,
+        now: Instant,
+        frame: LocalFrame,
+        local_m: tuple[float, float],
+        spread: FloatArray | None,
+    ) -> Row:
         report = place.report
         assert report.latitude_deg is not None
         assert report.longitude_deg is not None
-        spread = self._spread_m(place)
         bounds = self._assumptions.of(report, contact.hull, contact.kind, spread)
         hull_m = max(bounds.bow_m, bounds.stern_m) + max(bounds.port_m, bounds.starboard_m)
         range_m = distance_m(
@@ -209,10 +224,9 @@ class Picture:
             hull_m + bounds.position_error_m,
             self._assumptions.top_speed_mps(report),
         )
-        hidden = contact.echo.hides(now)
-        shown = (enters_at is None or enters_at <= now) and not hidden
+        shown = (enters_at is None or enters_at <= now) and not contact.echo.hides(now)
         # a place beyond the horizon has no coordinates on the tangent plane, and needs none
-        north_m, east_m = frame.to_local(report.latitude_deg, report.longitude_deg) if shown else (0.0, 0.0)
+        north_m, east_m = local_m if shown else (0.0, 0.0)
         turns = (enters_at, contact.echo.hidden_until)
         return Row(
             mmsi=contact.mmsi,
@@ -226,20 +240,36 @@ class Picture:
             changes_at=min((t for t in turns if t is not None and t > now), default=NEVER),
         )
 
-    def _spread_m(self, place: Hypothesis) -> FloatArray | None:
-        """(K, 3) how far recorded ships like this one strayed; None without a bounds file or a course."""
-        forecast = place.history.newest if place.history else None
-        bounds = self._assumptions.learned
-        if bounds is None or forecast is None or self.adaptation is None:
-            return None
-        if self._assumptions.is_slow(place.report):
-            top_mps = self._assumptions.top_speed_mps(place.report)
-            return learned.at_rest_m(bounds, place.report.sog_mps or 0.0, top_mps)
-        if not forecast.fix.is_under_way:
-            return None
-        raised = self.adaptation.raised(forecast.sort)
-        top_mps = self._assumptions.top_speed_mps(place.report)
-        return bounds.spread_m(forecast.features, raised, place.report.sog_mps or 0.0, top_mps)
+    def _spreads_m(self, places: list[Hypothesis]) -> list[FloatArray | None]:
+        """(K, 3) for each place: how far recorded ships like it strayed; None where that is not known."""
+        found: list[FloatArray | None] = [None] * len(places)
+        bounds, adaptation = self._assumptions.learned, self.adaptation
+        if bounds is None or adaptation is None:
+            return found
+        rest, way = [], []
+        for i, place in enumerate(places):
+            forecast = place.history.newest if place.history else None
+            if self._assumptions.is_slow(place.report):
+                rest.append(i)
+            elif forecast is not None and forecast.fix.is_under_way:
+                way.append((i, forecast))
+        for_these = [i for i, _ in way]
+        if rest:
+            for i, spread in zip(rest, bounds.at_rest_m(*self._speeds(places, rest)), strict=True):
+                found[i] = spread
+        if way:
+            features = np.array([forecast.features for _, forecast in way])
+            raised = np.array([adaptation.raised(forecast.sort) for _, forecast in way])
+            spreads = bounds.spread_m(features, raised, *self._speeds(places, for_these))
+            for i, spread in zip(for_these, spreads, strict=True):
+                found[i] = spread
+        return found
+
+    def _speeds(self, places: list[Hypothesis], rows: list[int]) -> tuple[FloatArray, FloatArray]:
+        """(n,) speed reported and top speed."""
+        reports = [places[i].report for i in rows]
+        top = [self._assumptions.top_speed_mps(report) for report in reports]
+        return np.array([report.sog_mps or 0.0 for report in reports]), np.array(top)
 
     def _resize(self, mmsi: int, wanted: int) -> list[int]:
         slots = self._slots.setdefault(mmsi, [])
