@@ -32,7 +32,9 @@ class LocalFrame:
         """Latitude and longitude in degrees of a point on the sea's surface."""
         # the tangent plane lies above the ellipsoid: lower the point onto it first
         down = (north_m**2 + east_m**2) / (2 * 6_371_000.0)
-        lat, lon, _ = pymap3d.enu2geodetic(east_m, north_m, -down, self.latitude_deg, self.longitude_deg, 0.0)
+        lat, lon, _ = pymap3d.enu2geodetic(
+            east_m, north_m, -down, self.latitude_deg, self.longitude_deg, 0.0, _WGS84
+        )
         return float(lat), float(lon)
 
 

@@ -222,8 +222,11 @@ class Tracks:
     names: tuple[str, ...] = ()
     turn_rate_radps: FloatArray = field(default_factory=_nothing)  # of TURNING, clockwise; default 0
     turn_rate_error_radps: FloatArray = field(default_factory=_nothing)
+    draught_m: FloatArray = field(default_factory=_nothing)  # NaN: not available, the default
 
     def __post_init__(self) -> None:
+        if len(self.draught_m) != len(self.mmsi):
+            object.__setattr__(self, "draught_m", np.full(len(self.mmsi), np.nan))
         for name in ("turn_rate_radps", "turn_rate_error_radps"):
             if len(getattr(self, name)) != len(self.mmsi):
                 object.__setattr__(self, name, np.zeros(len(self.mmsi)))
@@ -281,6 +284,7 @@ class Phase(StrEnum):
     WAIT = "wait"  # preconditions missing
     LISTEN = "listen"  # surfaced, hearing reports
     CROSS = "cross"  # at (or diving to) the cruise depth, on the way
+    RISE = "rise"  # on the way up for new reports
     SURFACE = "surface"  # at the goal, rising
     ARRIVED = "arrived"
 
@@ -327,7 +331,7 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class StatusText:
-    """A line for the ground station, at most 50 characters; severity as in MAV_SEVERITY."""
+    """A line for the ground station; severity as in MAV_SEVERITY.  The wire cuts it into chunks."""
 
     severity: int
     text: str

@@ -35,8 +35,9 @@ class Difference:
 class Replayed:
     """What a replay found.
 
-    `ticks` were compared.  `first` is None when all were the same.  `damage` says what cut the
-    log short, if anything did.  `notes` name what is different here that may explain a difference.
+    `ticks` were compared.  `first` is None when all were the same.  `complete` is False when the log
+    was seen to break off, and `damage` says what cut it short, if anything did.  `notes` name what is
+    different here that may explain a difference.
     """
 
     ticks: int
@@ -69,7 +70,8 @@ def compare(
     loop.run(comparison, core, encoder, comparison, comparison, _no_stopwatch)
     if comparison.ticks == 0:
         raise LogError(f"{log.path}: the log holds no tick: the run ended before its first second")
-    return Replayed(comparison.ticks, comparison.first, log.complete, log.damage, notes)
+    whole = log.complete or comparison.first is not None  # after a difference the rest was not read
+    return Replayed(comparison.ticks, comparison.first, whole, log.damage, notes)
 
 
 class Comparison:

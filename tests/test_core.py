@@ -199,8 +199,9 @@ def test_streams_are_asked_for_and_reasons_told_to_the_ground() -> None:
     sent = [message for d in decisions for message in d.outgoing]
     assert {int(m.params[0]) for m in sent if isinstance(m, Command)} >= {33}
     texts = [m.text for m in sent if isinstance(m, StatusText)]
+    reasons = {reason.text for d in decisions for reason in d.reasons}
     assert texts
-    assert all(len(text) <= 50 for text in texts)
+    assert set(texts) <= reasons  # whole, not cut in the middle of what it says
 
 
 def records(ticks: list[Tick]) -> list[bytes]:

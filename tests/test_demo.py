@@ -84,6 +84,11 @@ def test_frames_of_every_promised_kind_are_in_the_log(crossing: tuple[int, Path]
     }
 
 
+@pytest.mark.parametrize("scenario", ["px4_crossing", "boat_crossing"])
+def test_other_autopilots_and_hulls_cross_too(scenario: str, tmp_path: Path) -> None:
+    assert main(["demo", "--scenario", scenario, "--out", str(tmp_path)]) == 0
+
+
 def test_a_recorded_lake_is_crossed(shared_data: Path, tmp_path: Path) -> None:
     log = shared_data / "n2k_ijsselmeer_20221130_native.candump.gz"
     assert main(["demo", "--traffic", str(log), "--out", str(tmp_path)]) == 0

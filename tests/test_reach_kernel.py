@@ -88,3 +88,10 @@ def test_no_ships_have_no_sets() -> None:
     assert sets.nearest(np.zeros(2)).away.shape == (0, 2)
     assert sets.nearest_many(np.zeros((3, 2)))[0].shape == (3, 0)
     assert sets.support(np.eye(2)).shape == (0, 2)
+
+
+def test_a_track_that_is_no_number_is_refused_because_it_would_pass_every_comparison() -> None:
+    ships = random_ships(np.random.default_rng(5), 3)
+    broken = replace(ships, cog_rad=np.array([0.0, np.nan, 0.0]))
+    with pytest.raises(ValueError, match=r"tracks\.cog_rad"):
+        reach.at(broken, T0)

@@ -12,7 +12,7 @@ from companion import reach
 from companion.instant import instant
 from companion.messages import Model, Tracks
 from companion.reach.shapes import only
-from companion.reach.turning import Turn, swept_support
+from companion.reach.swept import Turn, swept_support
 from tests.builders import T0, tracks
 from tests.ships import plane, random_ships, random_turns, swing
 

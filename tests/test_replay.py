@@ -103,6 +103,7 @@ def test_the_first_differing_field_is_reported_with_tick_and_values(run_folder: 
     assert (found.first.tick, found.first.t, found.first.path) == (30, instant(3.0), "wanted_ned_mps[0]")
     assert found.first.replayed == found.first.recorded + 1e-9  # type: ignore[operator]
     assert "tick 30" in str(found.first)
+    assert found.complete  # what comes after the difference was not read, and is not said to be missing
 
 
 def test_bytes_sent_are_compared_too(run_folder: Path) -> None:

@@ -505,6 +505,15 @@ def test_a_packet_we_do_not_know_is_stepped_over() -> None:
     assert to.counts["mavlink.unknown"] == 1
 
 
+def test_the_rest_of_a_cut_packet_does_not_swallow_the_good_ones_behind_it() -> None:
+    """Three bytes of a header and what follows make an unknown message that ends where the data ends."""
+    first, second = Talker().say(heartbeat()), Talker().say(heartbeat())
+    cut = bytes((0xFD, 3 + len(first + second) - 12, 0))
+    to = decoder()
+    assert len(hear(to, cut + first + second)) == 2
+    assert to.counts["mavlink.unknown"] == 0
+
+
 def test_a_packet_that_never_ends_does_not_hold_up_the_next_ones() -> None:
     to = decoder()
     hear(to, b"\xfd\xff\0" + bytes(20), 0.0)
@@ -647,9 +656,22 @@ def test_our_heartbeat_is_an_onboard_controllers(status: Status, state: int) -> 
     assert found.system_status == state
 
 
-def test_a_status_text_is_cut_to_what_fits() -> None:
-    found = parsed(StatusText(4, "ö" + "x" * 80))
-    assert (found.severity, found.text) == (4, "?" + "x" * 49)
+def test_a_status_text_that_fits_is_one_packet_complete_in_itself() -> None:
+    found = parsed(StatusText(4, "ö" + "x" * 49))
+    assert (found.severity, found.text, found.id, found.chunk_seq) == (4, "?" + "x" * 49, 0, 0)
+
+
+@given(st.text(st.characters(min_codepoint=32, max_codepoint=126), min_size=51, max_size=300))
+def test_a_longer_status_text_comes_whole_out_of_its_chunks(text: str) -> None:
+    """As the definition says: one id, numbered from 0, ended by a chunk that is not full."""
+    encoder = MavlinkEncoder(system_id=7, component_id=196)
+    encoder.encode(StatusText(4, "y" * 60))
+    found = mav.MAVLink(None).parse_buffer(encoder.encode(StatusText(4, text))) or []
+    assert {piece.id for piece in found} == {2}
+    assert [piece.chunk_seq for piece in found] == list(range(len(found)))
+    assert [len(piece.text) for piece in found[:-1]] == [50] * (len(found) - 1)
+    assert len(found[-1].text) < 50
+    assert "".join(piece.text for piece in found) == text[:200]
 
 
 def test_the_system_id_can_be_set_when_it_becomes_known_and_packets_are_numbered() -> None:

@@ -75,7 +75,7 @@ def status_text(decision: Decision) -> Text:
         text.append(f"depth {decision.own.depth_m:5.1f} m  ")
     text.append(f"{len(decision.tracks)} contacts  ")
     if decision.repulsion is not None and len(decision.tracks):
-        text.append(f"nearest set {decision.repulsion.nearest.distance_m.min():7.1f} m  ")
+        text.append(f"nearest planned tube {decision.repulsion.nearest.distance_m.min():7.1f} m  ")
     if decision.setpoint is not None:
         north, east, _ = decision.setpoint.velocity_ned_mps
         heading_deg = math.degrees(math.atan2(east, north)) % 360

@@ -16,6 +16,7 @@ from companion.config import Field
 from companion.instant import Instant
 from companion.messages import FloatArray, Nearest, Repulsion, Tracks
 from companion.reach import tube
+from companion.reach.kernel import Kernel, nearest
 
 SINGULAR_GAP_M = 1.0
 
@@ -29,14 +30,15 @@ def repulsion_strength(distance_m: FloatArray, k_r: float, delta_m: float) -> Fl
 class ExactRepulsion:
     """Repulsion from the exact tubes; a function of its arguments and the field's constants."""
 
-    def __init__(self, field: Field) -> None:
+    def __init__(self, field: Field, kernel: Kernel = nearest) -> None:
         self._field = field
+        self._kernel = kernel
 
     def __call__(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
     ) -> Repulsion:
-        """Repulsion of every contact's tube [age, `until_age_s`] on the position (2,)."""
-        return self.from_nearest(tube(tracks, now, until_age_s).nearest(position_m))
+        """Repulsion of every contact's tube [age, `until_age_s`] on a position (2,), or one each (n, 2)."""
+        return self.from_nearest(tube(tracks, now, until_age_s, self._kernel).nearest(position_m))
 
     def from_nearest(self, nearest: Nearest) -> Repulsion:
         """The same from distances already known."""

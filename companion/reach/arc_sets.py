@@ -9,6 +9,7 @@ from companion.reach.arcs import Arcs
 from companion.reach.interface import Distances
 from companion.reach.kernel import Kernel
 
+CHUNK = 8000  # points at once, so that the kernel's arrays stay in cache
 ROUNDING = 1e-14  # a direction on a breakpoint belongs to both its pieces
 
 
@@ -25,9 +26,12 @@ class ArcSets:
         """One point per contact (n,), or many points (m,) for one contact."""
         if contact is None:
             return self.kernel(self.arcs, self.r1_m, self.r2_m, north_m, east_m)
-        many = north_m.shape
-        r1, r2 = np.broadcast_to(self.r1_m[contact], many), np.broadcast_to(self.r2_m[contact], many)
-        return self.kernel(self.arcs.only(contact), r1, r2, north_m, east_m)
+        one, found = self.arcs.only(contact), np.empty((3, len(north_m)))
+        for start in range(0, len(north_m), CHUNK):
+            some = slice(start, start + CHUNK)
+            r1, r2 = np.full((2, len(north_m[some])), ((self.r1_m[contact],), (self.r2_m[contact],)))
+            found[:, some] = self.kernel(one, r1, r2, north_m[some], east_m[some])
+        return found[0], found[1], found[2]
 
     def support(self, angle_rad: FloatArray, contact: int | None = None) -> FloatArray:
         """(n, k) support in the directions (k,); (1, k) for one contact."""

@@ -74,8 +74,8 @@ def loop(
             c, x, y, a, b = i * step, north[i], east[i], r1[i], r2[i]
             highest, at = -np.inf, 0
             for j in range(edges.shape[1]):
-                h = edges[c, j, 2] + a * edges[c, j, 3] + b * edges[c, j, 4]
-                over = edges[c, j, 0] * x + edges[c, j, 1] * y - h
+                over = edges[c, j, 0] * x + edges[c, j, 1] * y - edges[c, j, 2]
+                over = over - a * edges[c, j, 3] - b * edges[c, j, 4]
                 at = j if over > highest else at
                 highest = over if over > highest else highest
             most[k], best[k] = highest, at
@@ -84,10 +84,10 @@ def loop(
             c, x, y, a, b = i * step, north[i], east[i], r1[i], r2[i]
             t = ends[c, best[k]]
             along = t[0] * y - t[1] * x
-            past = along - (t[3] + a * t[7] + b * t[11])
-            run = max(past, 0.0) + min(along - (t[2] + a * t[6] + b * t[10]), 0.0)
+            begin, end = t[2] + a * t[6] + b * t[10], t[3] + a * t[7] + b * t[11]
+            run = along - min(max(along, begin), end)
             after, before = t[5] + a * t[9] + b * t[13], t[4] + a * t[8] + b * t[12]
-            radius = after if past > 0 else before
+            radius = after if along > end else before
             across = most[k] + radius
             length = sqrt(across * across + run * run)
             distance = length - radius
@@ -96,7 +96,7 @@ def loop(
                 for j in range(edges.shape[1]):
                     e, s = edges[c, j], ends[c, j]
                     radius = s[5] + a * s[9] + b * s[13]
-                    u = (e[0] * x + e[1] * y - (e[2] + a * e[3] + b * e[4])) + radius
+                    u = (e[0] * x + e[1] * y - e[2] - a * e[3] - b * e[4]) + radius
                     w = s[0] * y - s[1] * x - (s[3] + a * s[7] + b * s[11])
                     if w < 0 or u * s[15] < w * s[14]:
                         continue

@@ -18,7 +18,7 @@ Kernel = Callable[[Arcs, FloatArray, FloatArray, FloatArray, FloatArray], Distan
 def nearest(arcs: Arcs, r1: FloatArray, r2: FloatArray, north: FloatArray, east: FloatArray) -> Distances:
     """One point (m,) for each of m sets, or m points for a single set; r1, r2 (m,)."""
     columns, points = len(arcs.column), len(north)
-    over = arcs.north * north + arcs.east * east - arcs.support_at(r1, r2)
+    over = _over_tangents(arcs, r1, r2, north, east)
     best = over.argmax(axis=0)
     flat = best * columns + arcs.column
     row = arcs.column if columns == points else np.arange(points)
@@ -26,24 +26,35 @@ def nearest(arcs: Arcs, r1: FloatArray, r2: FloatArray, north: FloatArray, east:
     t = arcs.table.take(flat, axis=1)
     pieces = t[2:6] + r1 * t[6:10] + r2 * t[10:14]
     along = t[0] * east - t[1] * north
-    past = along - pieces[1]
-    run = np.maximum(past, 0.0) + np.minimum(along - pieces[0], 0.0)  # 0 on the edge itself
-    radius = np.where(past > 0, pieces[3], pieces[2])
+    run = along - np.clip(along, pieces[0], pieces[1])  # 0 on the edge itself
+    radius = np.where(along > pieces[1], pieces[3], pieces[2])
     out = edge + radius
     length = np.sqrt(out * out + run * run)
-    inside = edge <= 0
-    some_inside = inside.any()
-    if some_inside:
+    inside = np.flatnonzero(edge <= 0)
+    if inside.size:
         length[inside] = 1.0
     distance = length - radius
     away_north = (out * t[0] - run * t[1]) / length
     away_east = (out * t[1] + run * t[0]) / length
-    if some_inside:
-        rows = np.flatnonzero(inside)
-        distance[rows], away_north[rows], away_east[rows] = _within(
-            arcs, flat[rows] % columns, r1[rows], r2[rows], over[:, rows], north[rows], east[rows]
+    if inside.size:
+        distance[inside], away_north[inside], away_east[inside] = _within(
+            arcs, flat[inside] % columns, r1[inside], r2[inside], over[:, inside], north[inside], east[inside]
         )
     return distance, away_north, away_east
+
+
+def _over_tangents(
+    arcs: Arcs, r1: FloatArray, r2: FloatArray, north: FloatArray, east: FloatArray
+) -> FloatArray:
+    """(J, m) signed distances to the tangent lines at the breakpoints; in place, for the cache's sake."""
+    h0, h1, h2 = arcs.support
+    over: FloatArray = arcs.north * north
+    part = arcs.east * east
+    over += part
+    over -= h0
+    over -= np.multiply(h1, r1, out=part)
+    over -= np.multiply(h2, r2, out=part)
+    return over
 
 
 def _within(
@@ -57,20 +68,19 @@ def _within(
 ) -> Distances:
     """The same inside all tangent lines: the shallowest edge, or an arc that is met radially."""
     flat = np.arange(len(over))[:, None] * len(arcs.column) + column
-    t = arcs.table
-    n_north, n_east = t[0].take(flat), t[1].take(flat)
-    centre = t[3].take(flat) + r1 * t[7].take(flat) + r2 * t[11].take(flat)
-    radius = t[5].take(flat) + r1 * t[9].take(flat) + r2 * t[13].take(flat)
-    out, run = over + radius, n_north * east - n_east * north - centre
+    t = arcs.table.take(flat, axis=1)  # (14, J, m)
+    centre, radius = t[3:6:2] + r1 * t[7:10:2] + r2 * t[11:14:2]
+    out, run = over + radius, t[0] * east - t[1] * north - centre
     length = np.sqrt(out * out + run * run)
     met = (run >= 0) & (out * arcs.sin_width.take(flat) >= run * arcs.cos_width.take(flat)) & (length > 0)
     radial = np.where(met, length - radius, -np.inf)
-    points = np.arange(len(north))
     edge, arc = over.argmax(axis=0), radial.argmax(axis=0)
-    on_arc = radial[arc, points] > over[edge, points]
-    j = np.where(on_arc, arc, edge)
-    distance = np.where(on_arc, radial[j, points], over[j, points])
+    points = np.arange(len(north))
+    on_edge, on_arc = over[edge, points], radial[arc, points]
+    j = np.where(on_arc > on_edge, arc, edge)
     # on an edge the gradient is its normal, on an arc the direction from its centre
-    a, b, c = (np.where(on_arc, x[j, points], y) for x, y in ((out, 1.0), (run, 0.0), (length, 1.0)))
-    away_north = (a * n_north[j, points] - b * n_east[j, points]) / c
-    return distance, away_north, (a * n_east[j, points] + b * n_north[j, points]) / c
+    a, b, c = (
+        np.where(on_arc > on_edge, x[j, points], y) for x, y in ((out, 1.0), (run, 0.0), (length, 1.0))
+    )
+    n_north, n_east = t[0, j, points], t[1, j, points]
+    return np.maximum(on_arc, on_edge), (a * n_north - b * n_east) / c, (a * n_east + b * n_north) / c

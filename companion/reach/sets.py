@@ -8,7 +8,6 @@ A model's bounds hold until the contact's `validity_s`.  From then on its set gr
 a set grow; nothing is dropped.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +18,6 @@ from companion.reach.interface import Distances, Sets
 from companion.reach.kernel import Kernel, nearest
 from companion.reach.outline import polygon_around
 from companion.reach.shapes import prepare
-
-CHUNK = 400  # points at once, so that the kernel's arrays stay in cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +52,9 @@ class ReachableSets:
             return distance, away
         for rows, sets in self.parts:
             for k, i in enumerate(range(len(self)) if rows is None else rows):
-                for some in _chunks(len(positions_m)):
-                    north = positions_m[some, 0] - self.north_m[i]
-                    east = positions_m[some, 1] - self.east_m[i]
-                    found = sets.distances(north, east, k)
-                    distance[some, i], away[some, i, 0], away[some, i, 1] = found
+                north = positions_m[:, 0] - self.north_m[i]
+                east = positions_m[:, 1] - self.east_m[i]
+                distance[:, i], away[:, i, 0], away[:, i, 1] = sets.distances(north, east, k)
         if self.grown_m is not None:
             distance -= self.grown_m
         return distance, away
@@ -127,10 +122,6 @@ def at(tracks: Tracks, now: Instant, ahead_s: float = 0.0, kernel: Kernel = near
     """Where each ship can be at `now + ahead_s`."""
     age = tracks.age_s(after(now, ahead_s))
     return _sets(tracks, age, age, kernel)
-
-
-def _chunks(count: int) -> Iterator[slice]:
-    return (slice(start, start + CHUNK) for start in range(0, count, CHUNK))
 
 
 def _sets(tracks: Tracks, age: FloatArray, until: FloatArray, kernel: Kernel) -> ReachableSets:

@@ -9,7 +9,6 @@ import numpy as np
 
 from companion.messages import FloatArray, IntArray, Model, Tracks
 from companion.reach.disc import disc_shapes
-from companion.reach.hull import Corners
 from companion.reach.interface import Shapes
 from companion.reach.kernel import Kernel
 from companion.reach.straight import straight_shapes
@@ -61,7 +60,13 @@ def _prepared(same: _Same, kernel: Kernel) -> Prepared:
             parts.append((rows, shapes(only(tracks, rows), kernel)))
     if sum(len(tracks) if rows is None else len(rows) for rows, _ in parts) != len(tracks):
         raise ValueError(f"tracks.model has a number that is none of {list(MODELS)}")
-    hull = Corners.of(tracks).length_m.max(axis=0, initial=0.0)
+    # a distance that is no number would let a ship out of every comparison
+    for column in fields(tracks):
+        values = getattr(tracks, column.name)
+        may_be_open = column.name in ("validity_s", "draught_m")
+        if isinstance(values, np.ndarray) and not may_be_open and not np.isfinite(values).all():
+            raise ValueError(f"tracks.{column.name} has a value that is no finite number")
+    hull = np.hypot(np.maximum(tracks.bow_m, tracks.stern_m), np.maximum(tracks.port_m, tracks.starboard_m))
     return Prepared(tuple(parts), np.where(tracks.model == Model.DISC, 0.0, hull))
 
 

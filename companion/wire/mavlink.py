@@ -44,7 +44,8 @@ _STATES = {
     Status.DEGRADED: dialect.MAV_STATE_CRITICAL,
     Status.CLOSED: dialect.MAV_STATE_STANDBY,
 }
-_LONGEST_TEXT = 50
+_CHUNK = 50
+_LONGEST_TEXT = 4 * _CHUNK  # characters
 _FASTEST_MPS = 100.0
 
 
@@ -125,6 +126,7 @@ class MavlinkEncoder:
 
     def __init__(self, *, system_id: int, component_id: int = OUR_COMPONENT) -> None:
         self._packer = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+        self._text_id = 0
 
     @property
     def system_id(self) -> int:
@@ -136,14 +138,17 @@ class MavlinkEncoder:
         self._packer.srcSystem = system_id
 
     def encode(self, message: Outgoing) -> bytes:
-        """One packet.  Raises `ValueError` for numbers that must never reach an autopilot."""
+        """One packet, several for a long text.
+
+        Raises `ValueError` for numbers that must never reach an autopilot.
+        """
         match message:
             case Setpoint():
-                packed = self._setpoint(message)
+                return self._pack(self._setpoint(message))
             case Command():
-                packed = self._command(message)
+                return self._pack(self._command(message))
             case Heartbeat():
-                packed = dialect.MAVLink_heartbeat_message(
+                beat = dialect.MAVLink_heartbeat_message(
                     type=dialect.MAV_TYPE_ONBOARD_CONTROLLER,
                     autopilot=dialect.MAV_AUTOPILOT_INVALID,
                     base_mode=0,
@@ -151,12 +156,26 @@ class MavlinkEncoder:
                     system_status=_STATES[message.status],
                     mavlink_version=3,
                 )
+                return self._pack(beat)
             case StatusText():
-                text = message.text.encode("ascii", "replace")[:_LONGEST_TEXT]
-                packed = dialect.MAVLink_statustext_message(message.severity, text)
+                return b"".join(map(self._pack, self._chunks(message)))
+
+    def _pack(self, packed: dialect.MAVLink_message) -> bytes:
         data: bytes = packed.pack(self._packer)
         self._packer.seq = (self._packer.seq + 1) % 256
         return data
+
+    def _chunks(self, message: StatusText) -> list[dialect.MAVLink_message]:
+        """A text that fits is complete in itself (id 0); the last chunk of a longer one is a short one."""
+        text = message.text.encode("ascii", "replace")[:_LONGEST_TEXT]
+        if len(text) <= _CHUNK:
+            return [dialect.MAVLink_statustext_message(message.severity, text)]
+        self._text_id = self._text_id % 0xFFFF + 1
+        pieces = [text[at : at + _CHUNK] for at in range(0, len(text) + 1, _CHUNK)]
+        return [
+            dialect.MAVLink_statustext_message(message.severity, piece, self._text_id, number)
+            for number, piece in enumerate(pieces)
+        ]
 
     def _setpoint(self, setpoint: Setpoint) -> dialect.MAVLink_message:
         if not all(abs(v) <= _FASTEST_MPS for v in setpoint.velocity_ned_mps):  # False for NaN

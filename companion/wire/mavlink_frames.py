@@ -77,28 +77,46 @@ class MavlinkFrames:
 
     def _take(self, data: bytes, at: int, length: int, packets: list[Packet]) -> int:
         """Judge the complete packet at `at`; return how many bytes are done with."""
-        if data[at] == MAGIC_V2:
-            payload_at, system, component = at + 10, data[at + 5], data[at + 6]
-            message_id = data[at + 7] | data[at + 8] << 8 | data[at + 9] << 16
-        else:
-            payload_at, system, component, message_id = at + 6, data[at + 3], data[at + 4], data[at + 5]
-        payload_end = payload_at + data[at + 1]
-        definition = dialect.mavlink_map.get(message_id)
-        if definition is None:
-            # not checkable: believed only if another packet, or nothing, follows
-            if at + length < len(data) and data[at + length] not in (MAGIC_V1, MAGIC_V2):
-                self.counts["mavlink.bad_crc"] += 1
-                return 1
-            self.counts["mavlink.unknown"] += 1
-            return length
-        crc = dialect.x25crc(data[at + 1 : payload_end])
-        crc.accumulate(bytes((definition.crc_extra,)))
-        if crc.crc != data[payload_end] | data[payload_end + 1] << 8:
+        packet, is_sound = _packet(data, at)
+        if is_sound is None:
+            # not checkable: believed only if another packet, or nothing, follows, and none is inside
+            follows = at + length == len(data) or data[at + length] in (MAGIC_V1, MAGIC_V2)
+            if follows and not _hides_a_packet(data, at + 1, at + length):
+                self.counts["mavlink.unknown"] += 1
+                return length
+        if not is_sound:
             self.counts["mavlink.bad_crc"] += 1
             return 1
         self.counts["mavlink.packets"] += 1
-        packets.append(Packet(system, component, message_id, data[payload_at:payload_end]))
+        packets.append(packet)
         return length
+
+
+def _packet(data: bytes, at: int) -> tuple[Packet, bool | None]:
+    """The complete packet at `at`, and whether its checksum is right; None for an unknown message."""
+    if data[at] == MAGIC_V2:
+        payload_at, system, component = at + 10, data[at + 5], data[at + 6]
+        message_id = data[at + 7] | data[at + 8] << 8 | data[at + 9] << 16
+    else:
+        payload_at, system, component, message_id = at + 6, data[at + 3], data[at + 4], data[at + 5]
+    payload_end = payload_at + data[at + 1]
+    packet = Packet(system, component, message_id, data[payload_at:payload_end])
+    definition = dialect.mavlink_map.get(message_id)
+    if definition is None:
+        return packet, None
+    crc = dialect.x25crc(data[at + 1 : payload_end])
+    crc.accumulate(bytes((definition.crc_extra,)))
+    return packet, crc.crc == data[payload_end] | data[payload_end + 1] << 8
+
+
+def _hides_a_packet(data: bytes, start: int, end: int) -> bool:
+    """Whether a sound packet lies inside these bytes: then what claims them is the rest of a cut one."""
+    for found in _MAGIC.finditer(data, start, end):
+        at = found.start()
+        length = _length(data, at)
+        if length and at + length <= end and _packet(data, at)[1]:
+            return True
+    return False
 
 
 def _length(data: bytes, at: int) -> int:
