@@ -12,7 +12,7 @@ from companion.instant import Instant, instant
 from companion.messages import OwnState, Tracks
 from companion.planning.creep import CREEP_MPS
 from companion.planning.guard import Guard, Velocity, Verdict
-from sitl.vehicle import Demand, Limits, Submarine
+from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0, config, heartbeat, own, tracks
 
 AHEAD = (2.5, 0.0, 0.0)
@@ -41,7 +41,7 @@ class Flight:
 
     def __init__(self, settings: Config | None = None, north_m: float = 0.0, east_m: float = 0.0) -> None:
         self.guard = Guard(settings or config())
-        self._hull = Submarine(Limits())
+        self._hull = KinematicSubmarine(Limits())
         self.state = self._hull.start(north_m, east_m, 45.0, 0.0)
         self.t = 0.0
         self.closest_m = math.inf

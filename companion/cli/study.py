@@ -36,6 +36,8 @@ STUDIES = (
         guard_options.add_endurance,
         "sitl.studies.endurance",
     ),
+    Study("ugv", "the paper's ground-vehicle case", of.UGV, of.add_ugv, "sitl.studies.ugv"),
+    Study("age", "how old information may be", of.AGE, of.add_age, "sitl.studies.age"),
 )
 
 

@@ -22,7 +22,7 @@ from sitl.profiles import PROFILES
 from sitl.sea import Finish, Sea
 from sitl.studies.lanes_picture import APART_M, HULL, LANES_M, SPEED_MPS, WIDTH_M
 from sitl.traffic import Fleet, Noise, Ship
-from sitl.vehicle import Submarine
+from sitl.vehicle import KinematicSubmarine
 
 CHANNELS, EVERY_M = 6, 5000.0
 FIRST_M = 2500.0
@@ -73,7 +73,7 @@ def sea(seed: int, channels: int) -> Sea:
                 )
     begin, end = instant(-400.0), instant(LIMIT_S)
     fleet = Fleet(tuple(ships), Noise(), rng, START, utc_ns_at_zero=UTC_NS, begin=begin, end=end)
-    dynamics = Submarine()
+    dynamics = KinematicSubmarine()
     autopilot = Autopilot(
         PROFILES["sub"], frame=START, home_m=(0.0, 0.0), utc_ns_at_zero=UTC_NS, boot=instant(-30.0)
     )
