@@ -274,7 +274,7 @@ def any_report(draw: st.DrawFn) -> object:
         source=draw(st.sampled_from([Source.NMEA2000, Source.AIS_VESSEL])),
         measured_at=instant(received_s - draw(st.floats(-50.0, 200.0))),
         age_error_s=draw(st.floats(0.0, 60.0)),
-        kind=draw(st.sampled_from(list(TargetKind))),
+        kind=draw(st.sampled_from([k for k in TargetKind if k is not TargetKind.AIRCRAFT])),
         latitude_deg=latitude_deg,
         longitude_deg=longitude_deg,
         accurate=draw(st.booleans()),

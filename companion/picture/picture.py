@@ -14,7 +14,7 @@ import numpy as np
 from companion import config
 from companion.geodesy import LocalFrame
 from companion.instant import NS_PER_S, Instant, elapsed_s
-from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, Tracks
+from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, TargetKind, Tracks
 from companion.picture import learned
 from companion.picture.adaptation import Adaptation
 from companion.picture.ageing import REST_MPS
@@ -28,6 +28,7 @@ from companion.picture.forecast import History, Watch
 from companion.picture.identity import Station, may_be_a_ship, station
 from companion.picture.listening import Listening
 from companion.picture.notes import Ledger
+from companion.picture.own_sources import OwnSources
 from companion.picture.plausibility import Gate
 from companion.picture.reports import cleaned, has_position
 from companion.picture.table import NEVER, Row, Table
@@ -64,6 +65,7 @@ class Picture:
         self._gate = Gate(self._assumptions)
         self._echo = EchoWatch(contacts.own_mmsi)
         self.listening = Listening(surfaced_depth_m)
+        self.own_sources = OwnSources()
         self._contacts: dict[int, Contact] = {}
         self._most_contacts = most_contacts
         self._touched: set[int] = set()  # rows to be written
@@ -104,8 +106,9 @@ class Picture:
 
     def observe_own(self, own: OwnPosition) -> None:
         """A position of our own platform, to know our echo by."""
-        self._echo.observe_own(own)
         self.listening.observe_own(own)
+        if self.own_sources.observe(own):
+            self._echo.observe_own(own)
 
     def observe(self, report: ContactReport) -> None:
         """Take one report, from any source, in any order."""
@@ -114,6 +117,9 @@ class Picture:
             self._follow_clock(report.received_at - self.last_heard)
             self.last_heard = report.received_at
         self.last_heard = max(report.received_at, self.last_heard or report.received_at)
+        if report.kind is TargetKind.AIRCRAFT:  # its number is of another kind than a ship's
+            self.counts[_not_a_ship(Station.AIRCRAFT)] += 1
+            return
         report = cleaned(report, self.counts)
         contact = self._contacts.get(report.mmsi) or self._admit(report)
         if contact is None:
@@ -164,7 +170,7 @@ class Picture:
         for mmsi in self._unjudged:
             self._ledger.enter(self._contacts[mmsi], now)
         self._unjudged.clear()
-        found = self._ledger.reasons()
+        found = self.own_sources.doubts(now) + self._ledger.reasons()
         left_out = {s: self.counts[_not_a_ship(s)] for s in Station if self.counts[_not_a_ship(s)]}
         if left_out:
             listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
