@@ -71,6 +71,8 @@ class Vehicle(Section, frozen=True):
 
     max_speed_mps: Positive = 2.5
     max_vertical_speed_mps: Positive = 0.5
+    max_turn_rate_radps: Positive = 0.2
+    speed_lag_s: Positive = 2.0
     cruise_depth_m: NonNegative = 45.0
     max_depth_m: NonNegative = 60.0
     surfaced_depth_m: Positive = 1.0
@@ -143,11 +145,43 @@ class RepulsionChoice(Section, frozen=True):
 
 
 class Guard(Section, frozen=True):
-    """The last word: how fast a distance may shrink, how far ahead a set is taken, margins."""
+    """The last word: what its verified way out assumes, each bound watched at run time.
 
-    approach_rate_per_s: Positive = 0.2
+    A way out runs for at most `way_out_s` and then stays.  Beyond its validity a ship's set still counts
+    for `lookahead_s`.  A setpoint acts at most `setpoint_delay_s` late.  The vehicle makes good its full
+    speed less `current_mps`, and stays within `tracking_error_m` of a planned path.  Its position is known
+    within `own_position_error_m`, plus `own_position_drift_mps` for every second under water.
+
+    `vertical = "ignore"`: depth counts for nothing (the paper).  `"clear_below"`: a ship reaches down to its
+    draught (`draught_per_length` of its length where static data is silent) plus `draught_margin_m`, and
+    the vehicle's depth is known within `depth_error_m`.
+    """
+
+    way_out_s: Annotated[float, Meta(ge=30, le=900)] = 300.0
     lookahead_s: NonNegative = 20.0
+    setpoint_delay_s: Annotated[float, Meta(ge=0, le=5)] = 0.5
+    current_mps: NonNegative = 0.2
+    tracking_error_m: Positive = 3.0
     own_position_error_m: NonNegative = 2.0
+    own_position_drift_mps: NonNegative = 0.003
+    vertical: Literal["ignore", "clear_below"] = "ignore"
+    draught_per_length: Positive = 0.09
+    draught_margin_m: NonNegative = 5.0
+    depth_error_m: NonNegative = 1.0
+
+
+class Surfacing(Section, frozen=True):
+    """When a vehicle under way goes up for new reports.
+
+    With less than `reserve_s` (and the time for going up, listening and diving) of validity left and the
+    goal farther than that; without progress for `patience_s`; when a set within a kilometre reaches
+    `largest_set_m` beyond its ship's size.  `every_s` > 0: at that interval instead, whatever the sets say.
+    """
+
+    reserve_s: NonNegative = 120.0
+    patience_s: Positive = 300.0
+    largest_set_m: Positive = 150.0
+    every_s: NonNegative = 0.0
 
 
 class Timing(Section, frozen=True):
@@ -175,6 +209,7 @@ class Config(Section, frozen=True):
     planner: Planner = Planner()
     repulsion: RepulsionChoice = RepulsionChoice()
     guard: Guard = Guard()
+    surfacing: Surfacing = Surfacing()
     timing: Timing = Timing()
     recording: Recording = Recording()
 
@@ -186,6 +221,11 @@ class Config(Section, frozen=True):
             raise ValueError(
                 f"vehicle.cruise_depth_m = {self.vehicle.cruise_depth_m:g} is below "
                 f"vehicle.max_depth_m = {self.vehicle.max_depth_m:g}: raise the one or lower the other"
+            )
+        if self.guard.current_mps >= self.vehicle.max_speed_mps:
+            raise ValueError(
+                f"guard.current_mps = {self.guard.current_mps:g} is not below vehicle.max_speed_mps = "
+                f"{self.vehicle.max_speed_mps:g}: no way out can be planned that is slower than the water"
             )
         period_s = 1.0 / self.timing.rate_hz
         if self.timing.setpoint_validity_s <= period_s:

@@ -43,6 +43,7 @@ from companion.picture import Picture
 from companion.planning.guard import Guard, Verdict
 from companion.planning.mission import Mission
 from companion.planning.steering import RepulsionField, Steering
+from companion.planning.surfacing import Surfacing
 from companion.requests import MessageRequests
 from companion.takeover import Takeover
 from companion.utc import UtcClock
@@ -55,6 +56,8 @@ HEARTBEAT_S = 1.0
 STATUSTEXT_REPEAT_S = 30.0
 NOTE = "note."  # reasons that inform and do not degrade; told once
 MOST_STATUSTEXTS = 3  # a step never floods the link
+RISE_WITHIN_M = 20.0  # of the place found free
+RISEN_M = 2.0  # a vehicle this much above its cruise depth is on its way up
 STEERING_WEIGHT = 0.01  # a repulsion below this share of full speed did not steer
 
 
@@ -81,6 +84,9 @@ class Core:
         self._mission = Mission(config.vehicle, config.goal)
         self._steering = Steering(config, repulsion)
         self._guard = Guard(config)
+        self._surfacing = Surfacing(config)
+        self._rise_at: FloatArray | None = None
+        self._crossing_since = 0
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
         self._goal_m: FloatArray | None = None
@@ -114,13 +120,18 @@ class Core:
             to_goal_m,
             self._picture.reports_heard,
             lambda: own is not None and self._water_is_clear(tracks, now, own, reasons),
+            lambda: self._must_rise(tracks, now, own, goal_m, reasons),
         )
 
         push = pull = wanted = None
         if own is not None and goal_m is not None and phase is not Phase.WAIT:
-            push = self._steering.repulsion(tracks, now, own, goal_m)
-            pull = self._steering.attraction(own, goal_m, phase)
-            wanted = self._steering.velocity(own, tracks, pull, push, self._mission.target_depth_m())
+            depth_m = self._mission.target_depth_m()
+            aim_m = goal_m
+            if phase is Phase.RISE and self._rise_at is not None:
+                aim_m, depth_m = self._rise_at, self._rise_depth_m(tracks, now, own, depth_m)
+            push = self._steering.repulsion(tracks, now, own, aim_m)
+            pull = self._steering.attraction(own, aim_m, phase)
+            wanted = self._steering.velocity(own, tracks, pull, push, depth_m)
         verdict = self._guard.check(
             now, own, self._own.heartbeat, tracks, self._picture.reports_heard, wanted
         )
@@ -191,6 +202,30 @@ class Core:
             reasons.append(Reason("plan.goal_too_far", text))
             return None
         return self._goal_m
+
+    def _must_rise(
+        self,
+        tracks: Tracks,
+        now: Instant,
+        own: OwnState | None,
+        goal_m: FloatArray | None,
+        reasons: list[Reason],
+    ) -> bool:
+        """Whether new reports are needed and there is a place to get them."""
+        if own is None or goal_m is None or self._config.vehicle.cruise_depth_m == 0:
+            return False
+        if self._crossing_since != self._mission.crossings:
+            self._crossing_since = self._mission.crossings
+            self._surfacing.begin(now)
+        self._rise_at = self._surfacing.look(now, own, tracks, goal_m, reasons)
+        return self._rise_at is not None
+
+    def _rise_depth_m(self, tracks: Tracks, now: Instant, own: OwnState, below_m: float) -> float:
+        """The surface once the vehicle is where it may rise; what has begun to rise goes on."""
+        assert self._rise_at is not None
+        near = own.distance_to_m(self._rise_at) <= RISE_WITHIN_M
+        rising = own.depth_m < below_m - RISEN_M
+        return 0.0 if rising or (near and self._surfacing.is_free(now, own, tracks)) else below_m
 
     def _water_is_clear(self, tracks: Tracks, now: Instant, own: OwnState, reasons: list[Reason]) -> bool:
         """Whether the next phase may begin: no ship within delta here, nor overhead until we have risen."""

@@ -233,11 +233,14 @@ class Tracks:
     names: tuple[str, ...] = ()
     turn_rate_radps: FloatArray = field(default_factory=_nothing)  # of TURNING, clockwise; default 0
     turn_rate_error_radps: FloatArray = field(default_factory=_nothing)
+    draught_m: FloatArray = field(default_factory=_nothing)  # NaN: not available, the default
     # of KITE and BOX: metres ahead, astern and abeam at each of `SPREAD_AGES_S`, 0 at age 0 and linear
     # between; (n, 4, 3), or (n, 0, 3) while no row needs it
     spread_m: FloatArray = field(default_factory=_nothing)
 
     def __post_init__(self) -> None:
+        if len(self.draught_m) != len(self.mmsi):
+            object.__setattr__(self, "draught_m", np.full(len(self.mmsi), np.nan))
         for name in ("turn_rate_radps", "turn_rate_error_radps"):
             if len(getattr(self, name)) != len(self.mmsi):
                 object.__setattr__(self, name, np.zeros(len(self.mmsi)))
@@ -297,6 +300,7 @@ class Phase(StrEnum):
     WAIT = "wait"  # preconditions missing
     LISTEN = "listen"  # surfaced, hearing reports
     CROSS = "cross"  # at (or diving to) the cruise depth, on the way
+    RISE = "rise"  # on the way up for new reports
     SURFACE = "surface"  # at the goal, rising
     ARRIVED = "arrived"
 

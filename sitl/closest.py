@@ -80,12 +80,12 @@ def _coarse(t_s: FloatArray, jumps: IntArray) -> IntArray:
 
 
 def to_hulls(truth: Tracks, position_m: FloatArray) -> FloatArray:
-    """(n,) distance from a position (2,) to each true hull, minus the depth inside it.
+    """(n,) distance from a position (2,), or one each (n, 2), to each true hull, minus the depth inside it.
 
     The rectangle's own formula: a second path to what the reachable sets say with every bound at
     zero.  A hull of unknown heading is the circle it lies in.
     """
-    north, east = position_m[0] - truth.north_m, position_m[1] - truth.east_m
+    north, east = position_m[..., 0] - truth.north_m, position_m[..., 1] - truth.east_m
     cos, sin = np.cos(truth.heading_rad), np.sin(truth.heading_rad)
     ahead = north * cos + east * sin - (truth.bow_m - truth.stern_m) / 2
     right = east * cos - north * sin - (truth.starboard_m - truth.port_m) / 2

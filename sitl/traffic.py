@@ -24,6 +24,7 @@ from sitl.ais import (
     position_report,
     reporting_interval_s,
 )
+from sitl.sailing import Sailing
 from sitl.truth import hull_array, true_tracks
 
 NoiseKind = Literal["none", "constant", "interval", "white"]
@@ -93,45 +94,32 @@ class Fleet:
         self._utc_ns_at_zero = utc_ns_at_zero
         self._begin = begin
         n = len(self.ships)
-        self._hold_s, dv, dth = noise.draw(n, elapsed_s(begin, end), rng)
-        self._speed = np.array([s.speed_mps for s in self.ships])[:, None] + dv
-        self._course = np.array([s.course_rad for s in self.ships])[:, None] + dth
-        velocity = self._speed[..., None] * np.stack((np.cos(self._course), np.sin(self._course)), axis=-1)
-        run = np.cumsum(velocity * self._hold_s, axis=1)
-        self._velocity = velocity
-        self._run = np.concatenate((np.zeros((n, 1, 2)), run), axis=1)[:, : velocity.shape[1]]
+        hold_s, dv, dth = noise.draw(n, elapsed_s(begin, end), rng)
+        speed = np.array([s.speed_mps for s in self.ships])[:, None] + dv
+        course = np.array([s.course_rad for s in self.ships])[:, None] + dth
+        self._sailing = Sailing(hold_s, speed, course)
         start = np.array([(s.north_m, s.east_m) for s in self.ships]).reshape(n, 2)
-        self._origin = start - self._displacement(Instant(0))
+        self._origin = start - self._sailing.run_m(elapsed_s(begin, Instant(0)))
         self._phases = rng.uniform(0.0, 1.0, (n, 2))
         self._hulls = hull_array([s.hull for s in self.ships])
         self._mmsi = np.array([s.mmsi for s in self.ships], dtype=np.int64)
         self._names = tuple(s.name for s in self.ships)
 
-    def _slot(self, t: Instant) -> tuple[int, float]:
-        since = max(elapsed_s(self._begin, t), 0.0)
-        k = min(int(since // self._hold_s), self._velocity.shape[1] - 1)
-        return k, since - k * self._hold_s
-
-    def _displacement(self, t: Instant) -> FloatArray:
-        k, into_s = self._slot(t)
-        run: FloatArray = self._run[:, k] + self._velocity[:, k] * into_s
-        return run
-
     def antenna_m(self, t: Instant) -> FloatArray:
         """(n, 2) north and east of every ship's GNSS antenna, exactly."""
-        position: FloatArray = self._origin + self._displacement(t)
+        position: FloatArray = self._origin + self._sailing.run_m(elapsed_s(self._begin, t))
         return position
 
     def truth(self, t: Instant) -> Tracks:
         """Where every hull is at `t`: all bounds zero.  A hull points where it goes."""
         position = self.antenna_m(t)
-        k, _ = self._slot(t)
+        since_s = elapsed_s(self._begin, t)
         return true_tracks(
             t,
             mmsi=self._mmsi,
             position_m=position,
-            course_rad=self._course[:, k],
-            speed_mps=self._speed[:, k],
+            course_rad=self._sailing.course_rad(since_s),
+            speed_mps=self._sailing.speed_mps(since_s),
             hulls=self._hulls,
             names=self._names,
         )

@@ -14,7 +14,7 @@ from typing import Protocol
 
 from companion.geodesy import wrap_pi
 
-_STANDS_STILL_MPS = 0.05  # a wanted velocity below this gives no direction to turn to
+STANDS_STILL_MPS = 0.05  # a wanted velocity below this gives no direction to turn to
 _GRAVITY_MPS2 = 9.80665
 
 
@@ -118,7 +118,7 @@ class _Hull:
 
 
 @dataclass(frozen=True, slots=True)
-class Submarine(_Hull):
+class KinematicSubmarine(_Hull):
     """A torpedo-shaped vehicle: thrust along the hull, so that it turns into the wanted velocity.
 
     Its autopilot knows the current (an EKF with DVL) and steers against it; on a heading that is
@@ -133,10 +133,10 @@ class Submarine(_Hull):
         north, east, down = demand.velocity_ned_mps
         north, east = north - self.current_ned_mps[0], east - self.current_ned_mps[1]
         wanted = math.hypot(north, east)
-        target = state.heading_rad if wanted < _STANDS_STILL_MPS else math.atan2(east, north)
+        target = state.heading_rad if wanted < STANDS_STILL_MPS else math.atan2(east, north)
         heading, rate = self._turn(state, target, dt_s)
         forward = min(wanted, limits.max_speed_mps) * max(math.cos(target - heading), 0.0)
-        if wanted < _STANDS_STILL_MPS:
+        if wanted < STANDS_STILL_MPS:
             forward = wanted
         down = min(max(down, -limits.max_vertical_speed_mps), limits.max_vertical_speed_mps)
         moved = self._move(state, (heading, rate), (forward, down), dt_s)
@@ -146,7 +146,7 @@ class Submarine(_Hull):
 
 
 @dataclass(frozen=True, slots=True)
-class Boat(_Hull):
+class KinematicBoat(_Hull):
     """A surface vehicle: a velocity becomes heading and forward speed over ground, without crabbing.
 
     A zero velocity is "heading north, speed 0", as measured on ArduPilot's Rover; the current

@@ -37,7 +37,7 @@ def corners(spread: FloatArray, model: Model, age: float, sog: float, course: fl
             ((x + ahead, abeam), (x + ahead, -abeam), (x - astern, abeam), (x - astern, -abeam))
         )
     turn = np.array(((math.cos(course), math.sin(course)), (-math.sin(course), math.cos(course))))
-    return points @ turn
+    return np.asarray(points @ turn)
 
 
 def margin_m(row: Tracks) -> float:

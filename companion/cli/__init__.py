@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 
-from companion.cli import crossing, models, traffic
+from companion.cli import crossing, models, study, traffic
 from companion.errors import CompanionError
 
 EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
@@ -32,6 +32,7 @@ first steps:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one sub-command; the process's exit status."""
     options = _parser().parse_args(argv)
+    options.said = list(sys.argv[1:] if argv is None else argv)  # a study tells how it was made
     command: Callable[[argparse.Namespace], int] = options.command
     try:
         return command(options)
@@ -53,4 +54,5 @@ def _parser() -> argparse.ArgumentParser:
     crossing.add(commands)
     traffic.add(commands)
     models.add(commands)
+    study.add(commands)
     return parser

@@ -77,7 +77,7 @@ class NetworkRepulsion:
     def __call__(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
     ) -> Repulsion:
-        """Repulsion of every contact's tube [age, `until_age_s`] on the position (2,)."""
+        """Repulsion of every contact's tube [age, `until_age_s`] on a position (2,), or one each (n, 2)."""
         rows = self._rows.fill(tracks, now, until_age_s, position_m)
         learned = self.in_range(rows) & (tracks.model == Model.STRAIGHT)
         learned = learned & (np.maximum(tracks.age_s(now), until_age_s) <= tracks.validity_s)

@@ -38,12 +38,15 @@ class ContactRows:
     def fill(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
     ) -> FloatArray:
-        """(n, 15) the rows for a vehicle at `position_m` (2,); valid until the next call."""
+        """(n, 15) the rows for a vehicle at `position_m` (2,), or one per row (n, 2).
+
+        They are valid until the next call.
+        """
         if tracks is not self._tracks:
             self._keep(tracks)
         rows = self._rows
-        rows[:, 0] = position_m[0] - tracks.north_m
-        rows[:, 1] = position_m[1] - tracks.east_m
+        rows[:, 0] = position_m[..., 0] - tracks.north_m
+        rows[:, 1] = position_m[..., 1] - tracks.east_m
         rows[:, 4] = tracks.age_s(now)
         rows[:, 5] = until_age_s
         return rows

@@ -47,6 +47,21 @@ class Arcs:
         h0, h1, h2 = self.support
         return h0 + r1 * h1 + r2 * h2
 
+    def take(self, rows: IntArray, packed: bool) -> "Arcs":
+        """The sets of rows (m,), in that order, repeated or not; `packed`: for the compiled kernel too."""
+        h0, h1, h2 = self.support
+        table = self.table.reshape(len(self.table), *self.north.shape)[:, :, rows]
+        return Arcs(
+            north=self.north[:, rows],
+            east=self.east[:, rows],
+            support=(h0[:, rows], h1[:, rows], h2[:, rows]),
+            table=table.reshape(len(self.table), -1),
+            cos_width=self.cos_width[:, rows],
+            sin_width=self.sin_width[:, rows],
+            column=np.arange(len(rows)),
+            packed=(self.packed[0][rows], self.packed[1][rows]) if packed else self.packed,
+        )
+
     def only(self, i: int) -> "Arcs":
         """The single set i."""
         h0, h1, h2 = self.support

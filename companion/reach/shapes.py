@@ -66,7 +66,8 @@ def _prepared(same: _Same, kernel: Kernel) -> Prepared:
     # a distance that is no number would let a ship out of every comparison
     for column in fields(tracks):
         values = getattr(tracks, column.name)
-        if isinstance(values, np.ndarray) and column.name != "validity_s" and not np.isfinite(values).all():
+        may_be_open = column.name in ("validity_s", "draught_m")
+        if isinstance(values, np.ndarray) and not may_be_open and not np.isfinite(values).all():
             raise ValueError(f"tracks.{column.name} has a value that is no finite number")
     hull = np.hypot(np.maximum(tracks.bow_m, tracks.stern_m), np.maximum(tracks.port_m, tracks.starboard_m))
     return Prepared(tuple(parts), np.where(tracks.model == Model.DISC, 0.0, hull))

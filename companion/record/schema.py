@@ -154,6 +154,7 @@ class TracksRecord(Record, frozen=True):
     names: tuple[str, ...] = ()
     turn_rate_radps: list[float] = []
     turn_rate_error_radps: list[float] = []
+    draught_m: list[float | None] = []
     spread_m: list[list[list[float]]] = []
 
 

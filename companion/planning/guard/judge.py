@@ -1,0 +1,217 @@
+"""The guard: holds a way out at every step, and passes only what leaves one.
+
+At a step at t the wanted velocity would act until the next step's own takes effect: first the last
+one sent for the declared delay, then the wanted one for a period.  If from there a way out is found
+that stays clear of every ship's set at every time, it is stored and the velocity passes.  Else the
+stored one is flown: it was checked for all times when it was found, and time alone takes nothing from it.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from companion.config import Config
+from companion.instant import Instant, elapsed_s
+from companion.messages import AutopilotHeartbeat, OwnState, Reason, Tracks
+from companion.planning.creep import creep
+from companion.planning.guard.clearance import Clearance
+from companion.planning.guard.limits import limited
+from companion.planning.guard.margins import Margins
+from companion.planning.guard.preconditions import is_prestream, missing
+from companion.planning.guard.rollout import held, motion_of
+from companion.planning.guard.search import Beginning, Search
+from companion.planning.guard.verdict import Velocity, Verdict
+from companion.planning.guard.vertical import Dive
+from companion.planning.guard.watch import Watch
+from companion.planning.guard.way_out import WayOut
+from companion.reach import Slices
+from companion.reach.kernel import Kernel, nearest
+
+CHANGE_TOLERANCE_MPS = 1e-6  # below this a velocity counts as let through unchanged
+SEARCH_AGAIN_S = 1.0  # after a search found nothing
+
+
+class Guard:
+    """Keeps the way out, the last velocity sent and what the assumptions' watch has seen."""
+
+    def __init__(self, config: Config, kernel: Kernel = nearest) -> None:
+        self._config = config
+        self._kernel = kernel
+        speed = max(config.vehicle.max_speed_mps - config.guard.current_mps, 0.1)
+        self._search = Search(config.vehicle, speed, config.guard.way_out_s)
+        self._watch = Watch(config)
+        self._period_s = 1.0 / config.timing.rate_hz
+        self._slices: Slices | None = None
+        self._new_information = False
+        self._way_out: WayOut | None = None
+        self._flown: WayOut | None = None  # the way out if the last step flew it
+        self._dive: Dive | None = None
+        self._sent: Velocity = (0.0, 0.0, 0.0)
+        self._searched_at: Instant | None = None
+
+    def check(
+        self,
+        now: Instant,
+        own: OwnState | None,
+        heartbeat: AutopilotHeartbeat | None,
+        tracks: Tracks,
+        reports_heard: int,
+        wanted_ned_mps: Velocity | None,
+    ) -> Verdict:
+        """Judge one wanted velocity (NED, m/s)."""
+        if is_prestream(now, heartbeat, self._config.autopilot):
+            text = "zero velocity so that PX4 admits OFFBOARD (autopilot.prestream_offboard)"
+            return Verdict((0.0, 0.0, 0.0), False, (Reason("guard.prestream", text),))
+        reasons = missing(now, own, heartbeat, reports_heard, self._config.autopilot)
+        wanted, unplanned = _finite(wanted_ned_mps)
+        if wanted is None and self._way_out is None:
+            reasons += unplanned
+        if reasons or own is None:
+            self._way_out = self._flown = None  # we do not steer: what was planned is void
+            self._sent = (0.0, 0.0, 0.0)
+            return Verdict(None, False, tuple(reasons + [r for r in unplanned if r not in reasons]))
+        reasons += unplanned
+        self._take(tracks)
+        reasons += self._watch.look(now, own, self._flown, self._sent[:2])
+        within, cut = limited(wanted or (0.0, 0.0, 0.0), own, self._config.vehicle)
+        reasons += cut
+        flown = self._judge(now, own, within, wanted is not None, reasons)
+        self._sent = flown
+        changed = wanted is None or math.dist(flown, wanted) > CHANGE_TOLERANCE_MPS
+        verified = self._way_out is None or self._way_out.verified  # in an empty sea every way is out
+        return Verdict(flown, changed, tuple(reasons), verified)
+
+    def _judge(
+        self, now: Instant, own: OwnState, wanted: Velocity, is_wanted: bool, reasons: list[Reason]
+    ) -> Velocity:
+        """The velocity to fly."""
+        self._flown = None
+        clearance = self._clearance(now, own, wanted[2])
+        if clearance is None:
+            self._way_out = None
+            return wanted
+        if clearance.unknown.any():
+            text = f"{int(clearance.unknown.sum())} ships silent for too long can be here: holding"
+            reasons.append(Reason("guard.unknown_water", text))
+            wanted = (*self._creep((0.0, 0.0), own), wanted[2])
+        if self._way_out is not None and self._new_information:
+            self._reverify(now, clearance, reasons)
+        if is_wanted and self._leaves_a_way_out(now, own, wanted, clearance):
+            return wanted
+        if self._way_out is None or not self._way_out.verified:
+            self._look_for_one(now, own, wanted, clearance)
+        elif self._way_out.deviation_m(own) > self._config.guard.tracking_error_m:
+            self._anchor_again(now, own, clearance)
+        assert self._way_out is not None
+        self._flown = self._way_out
+        if not self._way_out.verified:
+            text = "no way out stays clear of every ship: flying the least bad"
+            reasons.append(Reason("guard.no_way_out", text))
+        elif is_wanted:
+            reasons.append(Reason("guard.way_out", "what is wanted leaves no way out: flying the stored one"))
+        guard, limit = self._config.guard, self._config.vehicle.max_speed_mps
+        command = self._way_out.command(now, own, guard.setpoint_delay_s, limit)
+        down = wanted[2] if self._dive is None else self._dive.command_mps(own.depth_m)
+        return (*self._creep(command, own), down)
+
+    def _creep(self, velocity_mps: tuple[float, float], own: OwnState) -> tuple[float, float]:
+        """Zero velocity has a direction to a boat, and the guard's own zero is no exception."""
+        north, east = creep(np.array(velocity_mps), own, self._config.vehicle)
+        return float(north), float(east)
+
+    def _clearance(self, now: Instant, own: OwnState, down_mps: float) -> Clearance | None:
+        """What to check against; None on an empty picture."""
+        if self._slices is None or not len(self._slices):
+            return None
+        config = self._config
+        margins = Margins.of(config, self._watch.submerged_s(now))
+        self._dive = None
+        if config.guard.vertical == "clear_below":
+            self._dive = Dive.of(config, self._slices.tracks, own, (down_mps, self._sent[2]))
+        limit, lookahead = config.vehicle.max_speed_mps, config.guard.lookahead_s
+        return Clearance(self._slices, now, margins, limit, lookahead, own.position_m, self._dive)
+
+    def _leaves_a_way_out(self, now: Instant, own: OwnState, wanted: Velocity, clearance: Clearance) -> bool:
+        """Whether a way out follows after `wanted`; it is then the stored one."""
+        first = self._beginning(now, own, wanted[:2], self._period_s)
+        found = None
+        stored = self._way_out
+        if stored is not None and stored.verified:
+            found = self._search.toward(now, first, stored.end_m, stored.speed_mps, clearance)
+        if found is None and self._may_search(now):
+            found, _ = self._search.best(now, first, wanted[:2], clearance)
+            self._searched_at = now if found is None else None
+        if found is not None:
+            self._way_out = found
+        return found is not None
+
+    def _may_search(self, now: Instant) -> bool:
+        return self._searched_at is None or elapsed_s(self._searched_at, now) >= SEARCH_AGAIN_S - 1e-6
+
+    def _look_for_one(self, now: Instant, own: OwnState, wanted: Velocity, clearance: Clearance) -> None:
+        """Replace a way out that is none, from where the vehicle is now."""
+        if self._way_out is not None and not self._may_search(now) and self._searched_at != now:
+            return
+        self._searched_at = now
+        first = self._beginning(now, own, wanted[:2], 0.0)
+        found, least_bad = self._search.best(now, first, wanted[:2], clearance)
+        self._way_out = least_bad if found is None else found
+
+    def _anchor_again(self, now: Instant, own: OwnState, clearance: Clearance) -> None:
+        """The vehicle is not where it should be: the same way out from here, if it is clear."""
+        stored = self._way_out
+        assert stored is not None
+        first = self._beginning(now, own, stored.velocity_mps, 0.0)
+        found = self._search.toward(now, first, stored.end_m, stored.speed_mps, clearance)
+        self._way_out = stored if found is None else found
+
+    def _reverify(self, now: Instant, clearance: Clearance, reasons: list[Reason]) -> None:
+        """New reports came: is the stored way out clear of the new sets too?"""
+        stored = self._way_out
+        if stored is None or not stored.verified or self._search.is_clear(stored, now, clearance):
+            return
+        if self._watch.is_foretold:
+            # the ship is in the old set and in the new one: what was clear of the old set stays so
+            reasons.append(Reason("note.guard_older_report", "way out rests on an older report's set"))
+            return
+        self._way_out = replace(stored, verified=False)
+
+    def _beginning(
+        self, now: Instant, own: OwnState, command: tuple[float, float], period_s: float
+    ) -> Beginning:
+        """What is flown first: the velocity sent last for the delay, then `command` for the period."""
+        toward = math.atan2(command[1], command[0])
+        start = motion_of(own, max(elapsed_s(own.stamp, now), 0.0), toward)
+        delay_s = self._config.guard.setpoint_delay_s
+        motions = [start]
+        times = [0.0]
+        for velocity, duration_s in ((self._sent[:2], delay_s), (command, period_s)):
+            if duration_s > 0:
+                held_for = held(motions[-1], velocity, duration_s, self._config.vehicle)
+                times += [times[-1] + duration_s * (k + 1) / len(held_for) for k in range(len(held_for))]
+                motions += held_for
+        before = motions[:-1]
+        return Beginning(
+            np.array(times[:-1]),
+            np.array([m.north_m for m in before]),
+            np.array([m.east_m for m in before]),
+            times[-1],
+            motions[-1],
+        )
+
+    def _take(self, tracks: Tracks) -> None:
+        """The picture of this step."""
+        self._new_information = self._slices is not None and self._slices.tracks is not tracks
+        if self._slices is None or self._new_information:
+            if self._slices is not None:
+                self._watch.compare(self._slices.tracks, tracks)
+            self._slices = Slices.of(tracks, self._kernel)
+
+
+def _finite(wanted: Velocity | None) -> tuple[Velocity | None, list[Reason]]:
+    if wanted is None:
+        return None, [Reason("guard.no_plan", "the planner gave no velocity")]
+    if not all(map(math.isfinite, wanted)):
+        return None, [Reason("guard.plan_invalid", "the planner's velocity is no number")]
+    return wanted, []

@@ -1,0 +1,74 @@
+import math
+
+import numpy as np
+import pytest
+
+from companion.config import Vehicle
+from companion.messages import OwnState
+from companion.planning.guard.rollout import Motion, Runner, held, motion_of
+from sitl.vehicle import Demand, KinematicSubmarine, Limits
+from tests.builders import T0
+
+VEHICLE = Vehicle()
+RUNNER = Runner(VEHICLE, 300.0)
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, -2.0, 3.1, math.pi])
+@pytest.mark.parametrize("speed", [2.3, 1.2, 0.0])
+def test_a_run_is_what_small_steps_of_the_same_model_give(direction: float, speed: float) -> None:
+    start = Motion(10.0, -5.0, 0.3, 2.0, 0.2, -0.1)
+    north, east, made = RUNNER.paths(start, np.array((direction,)), np.array((speed,)))
+    command = (speed * math.cos(direction), speed * math.sin(direction))
+    for k in (1, 3, 10, 25, len(RUNNER.t_s) - 1):
+        last = held(start, command, float(RUNNER.t_s[k]), VEHICLE)[-1]
+        assert (north[0, k], east[0, k]) == pytest.approx((last.north_m, last.east_m), abs=0.5)
+        assert made[0, k] == pytest.approx(last.forward_mps, abs=0.15)
+    heading = RUNNER.heading_rad(start, direction, speed, 5.0)
+    expected = held(start, command, 5.0, VEHICLE)[-1].heading_rad
+    assert heading == pytest.approx(expected, abs=0.02)
+
+
+@pytest.mark.parametrize("direction", [0.5, 2.5])
+def test_the_bundled_vehicle_goes_where_the_rollout_says(direction: float) -> None:
+    hull = KinematicSubmarine(Limits())
+    state = hull.start(0.0, 0.0, 45.0, 0.0)
+    north, east, _ = RUNNER.paths(Motion(0.0, 0.0, 0.0, 0.0), np.array((direction,)), np.array((2.0,)))
+    demand = Demand((2.0 * math.cos(direction), 2.0 * math.sin(direction), 0.0))
+    t, worst = 0.0, 0.0
+    for k in range(1, 40):
+        while t < RUNNER.t_s[k] - 1e-9:
+            state, t = hull.step(state, demand, 0.1), t + 0.1
+        worst = max(worst, math.hypot(state.north_m - north[0, k], state.east_m - east[0, k]))
+    assert worst < 1.0  # its turn lag, which guard.tracking_error_m has to cover
+
+
+def own_state(velocity: tuple[float, float], heading: float | None) -> OwnState:
+    return OwnState(T0, 1.0, 2.0, 0.0, (*velocity, 0.0), heading)
+
+
+def test_the_motion_now_is_the_state_moved_on_by_its_age() -> None:
+    motion = motion_of(own_state((1.0, 0.5), 0.0), 2.0, 0.0)
+    assert (motion.north_m, motion.east_m) == (3.0, 3.0)
+    assert (motion.forward_mps, motion.aside_north_mps, motion.aside_east_mps) == (1.0, 0.0, 0.5)
+
+
+def test_without_heading_a_moving_vehicle_lies_along_its_motion_and_a_resting_one_the_worst_way() -> None:
+    assert motion_of(own_state((0.0, 1.0), None), 0.0, 0.0).heading_rad == pytest.approx(math.pi / 2)
+    assert motion_of(own_state((0.0, 0.0), None), 0.0, 1.0).heading_rad == pytest.approx(1.0 + math.pi)
+    assert motion_of(own_state((0.0, 0.0), math.nan), 0.0, 1.0).heading_rad == pytest.approx(1.0 + math.pi)
+
+
+def test_a_vehicle_that_drifts_astern_counts_as_drifting_not_as_running() -> None:
+    motion = motion_of(own_state((-1.0, 0.0), 0.0), 0.0, 0.0)
+    assert (motion.forward_mps, motion.aside_north_mps) == (0.0, -1.0)
+
+
+def test_a_command_too_small_to_turn_to_keeps_the_heading() -> None:
+    motion = held(Motion(0.0, 0.0, 1.0, 0.0), (0.0, -0.01), 3.0, VEHICLE)[-1]
+    assert motion.heading_rad == 1.0
+
+
+def test_the_shortest_way_out_still_has_the_time_to_turn_round() -> None:
+    short = Runner(VEHICLE, 10.0)
+    assert short.t_s[-1] >= math.pi / VEHICLE.max_turn_rate_radps
+    assert (np.diff(short.t_s) > 0).all()

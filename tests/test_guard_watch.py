@@ -1,0 +1,127 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from companion.instant import instant
+from companion.messages import OwnState, Tracks
+from companion.planning.guard.watch import MEMORY_S, Watch
+from companion.planning.guard.way_out import WayOut
+from tests.builders import T0, config, own, tracks
+
+
+def way_out(north_m: float = 0.0) -> WayOut:
+    return WayOut(T0, np.array((0.0, 10.0)), np.full(2, north_m), np.zeros(2), (0.0, 0.0), 5.0, verified=True)
+
+
+def looked(watch: Watch, state: OwnState, flown: WayOut | None = None, sent: float = 0.0) -> set[str]:
+    return {reason.code for reason in watch.look(state.stamp, state, flown, (sent, 0.0))}
+
+
+def moving(north_m: float, at_s: float, speed: float = 0.0, depth_m: float = 45.0) -> OwnState:
+    return replace(own(north_m, at_s=at_s, depth_m=depth_m), velocity_ned_mps=(speed, 0.0, 0.0))
+
+
+def test_a_vehicle_on_its_way_out_within_the_declared_error_is_not_worth_a_word() -> None:
+    allowed = config().guard.tracking_error_m
+    assert looked(Watch(config()), own(), way_out(allowed - 0.1)) == set()
+    assert looked(Watch(config()), own(), way_out(allowed + 0.1)) == {"guard.tracking"}
+
+
+def test_what_was_broken_stays_a_reason_for_a_while() -> None:
+    watch = Watch(config())
+    assert looked(watch, own(), way_out(50.0)) == {"guard.tracking"}
+    assert looked(watch, own(at_s=MEMORY_S)) == {"guard.tracking"}
+    assert looked(watch, own(at_s=MEMORY_S + 1)) == set()
+
+
+def test_a_position_that_jumps_beyond_its_declared_accuracy_is_noticed() -> None:
+    for jump, codes in ((3.9, set()), (4.3, {"guard.position_accuracy"})):
+        watch = Watch(config())
+        looked(watch, moving(0.0, 0.0, 2.0))
+        assert looked(watch, moving(2.0 + jump, 1.0, 2.0)) == codes
+
+
+def test_the_longer_under_water_the_more_the_first_fix_may_jump() -> None:
+    drifting = config(guard={"own_position_drift_mps": 0.1})
+    for depth_m, codes in ((45.0, set()), (0.0, {"guard.position_accuracy"})):
+        watch = Watch(drifting)
+        for second in range(60):
+            looked(watch, moving(0.0, float(second), depth_m=depth_m))
+        assert looked(watch, moving(9.0, 60.0, depth_m=0.0)) == codes
+
+
+def test_the_same_state_twice_is_no_jump() -> None:
+    watch = Watch(config())
+    looked(watch, own())
+    assert watch.look(instant(1.0), own(), None, (0.0, 0.0)) == []
+
+
+@pytest.mark.parametrize(("made", "codes"), [(2.2, set()), (1.2, {"guard.current"})])
+def test_a_vehicle_that_makes_good_less_than_declared_has_more_current_than_declared(
+    made: float, codes: set[str]
+) -> None:
+    watch = Watch(config())
+    found: set[str] = set()
+    for second in range(90):
+        found = looked(watch, moving(made * second, float(second), made), sent=2.5)
+    assert found == codes
+
+
+def test_turning_round_takes_its_time_and_is_no_current() -> None:
+    watch = Watch(config())
+    for second in range(20):
+        assert looked(watch, moving(0.0, float(second), 0.0), sent=2.5) == set()
+
+
+SHIP = {"speed_noise_mps": 0.1, "course_noise_rad": 0.02, "position_error_m": 5.0}
+
+
+@pytest.mark.parametrize(
+    ("later", "foretold"),
+    [
+        ({"north_m": 300.0}, True),
+        ({"north_m": 300.0 + 6.0 + 9.9}, True),  # the noise, and both position errors
+        ({"north_m": 300.0 + 6.0 + 10.5}, False),
+        ({"north_m": 300.0, "east_m": 16.0}, True),
+        ({"north_m": 300.0, "east_m": 18.0}, False),
+        ({"north_m": 300.0, "cog_rad": 0.039}, True),
+        ({"north_m": 300.0, "cog_rad": 0.041}, False),
+        ({"north_m": 300.0, "sog_mps": 5.19}, True),
+        ({"north_m": 300.0, "sog_mps": 5.21}, False),
+        ({"north_m": 0.0, "measured_at_s": 0.0}, True),  # nothing new
+        ({"north_m": 900.0, "mmsi": 230_000_099}, True),  # another ship
+        ({"north_m": 900.0, "measured_at_s": 700.0}, True),  # the bounds had ended
+        ({"north_m": 900.0, "model": 1}, True),  # nothing was foretold
+    ],
+)
+def test_a_report_is_held_against_what_the_last_one_foretold(later: dict[str, float], foretold: bool) -> None:
+    watch = Watch(config())
+    watch.compare(tracks(SHIP), tracks({**SHIP, "measured_at_s": 60.0, **later}))
+    assert watch.is_foretold is foretold
+    assert looked(watch, own()) == (set() if foretold else {"guard.report_unforetold"})
+
+
+def test_a_ship_in_two_places_foretells_nothing() -> None:
+    watch = Watch(config())
+    twice = tracks({**SHIP, "mmsi": 230_000_001}, {**SHIP, "mmsi": 230_000_001, "north_m": 5000.0})
+    watch.compare(twice, tracks({**SHIP, "north_m": 900.0, "measured_at_s": 60.0}))
+    assert watch.is_foretold
+    watch.compare(Tracks.empty(), twice)
+    assert watch.is_foretold
+
+
+def test_a_way_out_leads_back_to_its_path_and_stops_in_time() -> None:
+    t = np.array((0.0, 10.0))
+    way = WayOut(T0, t, np.array((0.0, 20.0)), np.zeros(2), (2.0, 0.0), 8.0, verified=True)
+    assert way.command(T0, own(), 0.5, 2.5) == pytest.approx((2.0, 0.0))
+    assert way.command(T0, own(east_m=1.0), 0.5, 2.5) == pytest.approx((2.0, -0.25))
+    late = instant(7.6)
+    assert way.command(late, own(15.2, at_s=7.6), 0.5, 2.5) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert math.hypot(*way.command(T0, own(east_m=90.0), 0.5, 2.5)) == pytest.approx(2.5)
+    assert way.end_m == (20.0, 0.0)
+    assert way.speed_mps == 2.0
+    assert way.deviation_m(own(10.0, 1.0, at_s=5.0)) == pytest.approx(1.0)
+    gone, north, _ = way.rest(instant(25.0))
+    assert (gone.tolist(), north.tolist()) == ([0.0], [20.0])

@@ -1,0 +1,105 @@
+import numpy as np
+import pytest
+
+from companion import reach
+from companion.instant import instant
+from companion.messages import FloatArray, Model, Tracks
+from companion.reach import Slices
+from tests.ships import random_ships
+
+RNG = np.random.default_rng(5)
+
+
+def ships(seed: int, n: int = 60) -> Tracks:
+    """Straight ships and discs, some of them past their validity at the ages asked for."""
+    rng = np.random.default_rng(seed)
+    return random_ships(
+        rng,
+        n,
+        model=np.where(rng.random(n) < 0.7, Model.STRAIGHT, Model.DISC).astype(np.int64),
+        validity_s=rng.choice((100.0, 400.0, 1e4), n),
+        disc_speed_mps=rng.uniform(0, 16, n),
+        measured_at_ns=np.zeros(n, dtype=np.int64),
+    )
+
+
+@pytest.mark.parametrize("kernel", ["numpy", "numba"])
+@pytest.mark.parametrize("repeats", [1, 40])
+def test_a_slice_is_the_set_that_reach_gives_for_that_instant(kernel: str, repeats: int) -> None:
+    tracks = ships(1)
+    slices = Slices.of(tracks, reach.choose_kernel(kernel))  # type: ignore[arg-type]
+    for age in (0.0, 55.0, 250.0, 900.0):
+        points = np.column_stack((tracks.north_m, tracks.east_m)) + RNG.normal(0, 2000, (len(tracks), 2))
+        expected = reach.at(tracks, instant(age)).nearest(points)
+        rows = np.repeat(np.arange(len(tracks)), repeats)
+        ages = np.full(len(rows), age)
+        distance, north, east = slices.distances(rows, ages, ages, points[rows, 0], points[rows, 1])
+        assert distance == pytest.approx(expected.distance_m[rows], abs=1e-6)
+        assert np.column_stack((north, east)) == pytest.approx(expected.away[rows], abs=1e-6)
+
+
+def test_a_tube_is_the_tube_that_reach_gives() -> None:
+    tracks = ships(2)
+    until = np.linspace(60, 800, len(tracks))
+    points = np.column_stack((tracks.north_m, tracks.east_m)) + RNG.normal(0, 3000, (len(tracks), 2))
+    expected = reach.tube(tracks, instant(50.0), until).nearest(points)
+    rows = np.arange(len(tracks))
+    found = Slices.of(tracks).distances(rows, np.full(len(rows), 50.0), until, points[:, 0], points[:, 1])
+    assert found[0] == pytest.approx(expected.distance_m, abs=1e-6)
+
+
+@pytest.mark.parametrize("age_s", [30.0, 150.0, 500.0])
+@pytest.mark.parametrize("later_s", [-5.0, -1.0, 1.0, 5.0])
+def test_along_a_straight_run_the_distance_is_nowhere_below_its_tangent(age_s: float, later_s: float) -> None:
+    tracks = ships(3, 300)
+    slices, rows = Slices.of(tracks), np.arange(len(tracks))
+    ages = np.full(len(rows), age_s)
+    start = np.column_stack((tracks.north_m, tracks.east_m)) + RNG.normal(0, 1500, (len(rows), 2))
+    velocity = RNG.normal(0, 2, (len(rows), 2))
+    before = slices.distances(rows, ages, ages, start[:, 0], start[:, 1])
+    slope = before[1] * velocity[:, 0] + before[2] * velocity[:, 1]
+    slope = slope - slices.advance_mps(rows, ages, before[1], before[2])
+    then, there = ages + later_s, start + later_s * velocity
+    after = slices.distances(rows, then, then, there[:, 0], there[:, 1])
+    same = (ages > tracks.validity_s) == (then > tracks.validity_s)
+    assert same.sum() > 100
+    assert (after[0] - before[0] - later_s * slope)[same].min() > -1e-6
+
+
+def test_the_discs_around_hold_the_sets() -> None:
+    tracks = ships(4)
+    slices, rows = Slices.of(tracks), np.arange(len(tracks))
+    for age in (0.0, 90.0, 300.0):
+        ages = np.minimum(np.full(len(rows), age), tracks.validity_s)
+        sets = reach.at(tracks, instant(age))
+        centre = np.column_stack((tracks.north_m, tracks.east_m)) + slices.drift_mps * ages[:, None]
+        radius = slices.spread_mps * ages + slices.size_m + slices.grown_m(rows, np.full(len(rows), age))
+        angle = np.linspace(0, 2 * np.pi, 33)
+        directions = np.column_stack((np.cos(angle), np.sin(angle)))
+        assert (sets.support(directions) <= centre @ directions.T + radius[:, None] + 1e-6).all()
+
+
+def test_a_turning_ship_counts_as_its_tube_over_the_round_seconds_around() -> None:
+    n = 6
+    turning: dict[str, FloatArray] = {
+        "turn_rate_radps": np.full(n, 0.002),
+        "turn_rate_error_radps": np.full(n, 0.001),
+    }
+    tracks = random_ships(
+        np.random.default_rng(7),
+        n,
+        model=np.full(n, Model.TURNING, dtype=np.int64),
+        measured_at_ns=np.zeros(n, dtype=np.int64),
+        **turning,
+    )
+    slices, rows = Slices.of(tracks), np.arange(n)
+    points = np.column_stack((tracks.north_m, tracks.east_m)) + RNG.normal(0, 1500, (n, 2))
+    for age in (3.0, 47.0, 119.0):
+        ages = np.full(n, age)
+        now = reach.at(tracks, instant(age)).nearest(points).distance_m
+        found = slices.distances(rows, ages, ages, points[:, 0], points[:, 1])
+        assert (found[0] <= now + 1e-6).all()
+        # and what moves meanwhile is bounded by the ship's greatest speed
+        for later in (-2.0, 2.0):
+            then = reach.at(tracks, instant(age + later)).nearest(points).distance_m
+            assert (then >= found[0] - 2.0 * slices.advance_mps(rows, ages, found[1], found[2]) - 1e-6).all()
