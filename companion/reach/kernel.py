@@ -74,7 +74,8 @@ def _within(
     centre, radius = t[3:6:2] + r1 * t[7:10:2] + r2 * t[11:14:2]
     out, run = over + radius, t[0] * east - t[1] * north - centre
     length = np.sqrt(out * out + run * run)
-    met = (run >= 0) & (out * arcs.sin_width.take(flat) >= run * arcs.cos_width.take(flat)) & (length > LEAST_M)
+    before_next = out * arcs.sin_width.take(flat) >= run * arcs.cos_width.take(flat)
+    met = (run >= 0) & before_next & (length > LEAST_M)
     radial = np.where(met, length - radius, -np.inf)
     edge, arc = over.argmax(axis=0), radial.argmax(axis=0)
     points = np.arange(len(north))
