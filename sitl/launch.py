@@ -11,13 +11,15 @@ from companion.messages import Hull
 from sitl import lanes
 from sitl.ais import representable_speed_mps
 from sitl.autopilot import Autopilot
+from sitl.boat import Boat
 from sitl.logbook import Logbook
 from sitl.profiles import PROFILES
 from sitl.recorded import Recording
 from sitl.scenario import Scenario
 from sitl.sea import Finish, Sea, Traffic
+from sitl.submarine import Submarine
 from sitl.traffic import Fleet, Noise, Ship
-from sitl.vehicle import Boat, Dynamics, Limits, Submarine
+from sitl.vehicle import Dynamics, KinematicBoat, KinematicSubmarine, Limits
 
 Position = tuple[float, float]
 
@@ -145,8 +147,16 @@ def _dynamics(scenario: Scenario) -> Dynamics:
         max_turn_rate_radps=vehicle.max_turn_rate_radps,
         speed_lag_s=vehicle.speed_lag_s,
     )
-    hull = Boat if vehicle.profile == "boat" else Submarine
-    return hull(limits, (vehicle.current_north_mps, vehicle.current_east_mps))
+    hulls: dict[tuple[bool, str], type[Boat | Submarine | KinematicBoat | KinematicSubmarine]]
+    hulls = {
+        (True, "physics"): Boat,
+        (False, "physics"): Submarine,
+        (True, "kinematic"): KinematicBoat,
+        (False, "kinematic"): KinematicSubmarine,
+    }
+    return hulls[vehicle.profile == "boat", vehicle.model](
+        limits, (vehicle.current_north_mps, vehicle.current_east_mps)
+    )
 
 
 def _convoys(scenario: Scenario, rng: np.random.Generator) -> tuple[Ship, ...]:

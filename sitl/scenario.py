@@ -56,10 +56,12 @@ class Vehicle(Section, frozen=True):
 
     It is surfaced `before_m` before the channel's near edge, bow towards the goal.  The antenna
     hears while the vehicle's depth is less than `antenna_height_m`.  Its AIS receiver has been on for
-    `receiver_on_s`: what the ships sent meanwhile, static data too, the autopilot has.
+    `receiver_on_s`: what the ships sent meanwhile, static data too, the autopilot has.  `model`: the
+    submarine in six and the boat in three degrees of freedom, or points with a lag (`speed_lag_s`).
     """
 
     profile: Literal["sub", "boat", "px4"] = "sub"
+    model: Literal["physics", "kinematic"] = "physics"
     armed: bool = True
     mode: str = ""
     before_m: NonNegative = 500.0

@@ -118,7 +118,7 @@ class _Hull:
 
 
 @dataclass(frozen=True, slots=True)
-class Submarine(_Hull):
+class KinematicSubmarine(_Hull):
     """A torpedo-shaped vehicle: thrust along the hull, so that it turns into the wanted velocity.
 
     Its autopilot knows the current (an EKF with DVL) and steers against it; on a heading that is
@@ -146,7 +146,7 @@ class Submarine(_Hull):
 
 
 @dataclass(frozen=True, slots=True)
-class Boat(_Hull):
+class KinematicBoat(_Hull):
     """A surface vehicle: a velocity becomes heading and forward speed over ground, without crabbing.
 
     A zero velocity is "heading north, speed 0", as measured on ArduPilot's Rover; the current

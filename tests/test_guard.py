@@ -12,7 +12,7 @@ from companion.instant import Instant, instant
 from companion.messages import OwnState, Tracks
 from companion.planning.creep import CREEP_MPS
 from companion.planning.guard import Guard, Velocity, Verdict
-from sitl.vehicle import Demand, Limits, Submarine
+from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0, config, heartbeat, own, tracks
 
 AHEAD = (2.5, 0.0, 0.0)
@@ -41,7 +41,7 @@ class Flight:
 
     def __init__(self, settings: Config | None = None, north_m: float = 0.0, east_m: float = 0.0) -> None:
         self.guard = Guard(settings or config())
-        self._hull = Submarine(Limits())
+        self._hull = KinematicSubmarine(Limits())
         self.state = self._hull.start(north_m, east_m, 45.0, 0.0)
         self.t = 0.0
         self.closest_m = math.inf
@@ -234,6 +234,18 @@ def test_a_sea_that_empties_needs_no_way_out() -> None:
     verdict = flight.fly(Tracks.empty(), AHEAD, 0.2)
     assert verdict.way_out
     assert verdict.velocity_ned_mps == AHEAD
+
+
+@pytest.mark.parametrize("aside_m", [6.0, 40.0])
+def test_blown_off_its_way_out_it_anchors_it_anew_where_that_is_clear(aside_m: float) -> None:
+    flight = Flight()
+    flight.fly(moored(), AHEAD, 20.0)
+    flight.fly(moored(), None, 1.0)
+    flight.state = replace(flight.state, east_m=flight.state.east_m + aside_m)
+    verdict = flight.fly(moored(), None, 0.2)
+    assert verdict.way_out
+    assert "guard.tracking" in flight.codes
+    assert "guard.position_accuracy" in flight.codes
 
 
 # ---------------------------------------------------------------- new reports

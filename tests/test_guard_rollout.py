@@ -6,7 +6,7 @@ import pytest
 from companion.config import Vehicle
 from companion.messages import OwnState
 from companion.planning.guard.rollout import Motion, Runner, held, motion_of
-from sitl.vehicle import Demand, Limits, Submarine
+from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0
 
 VEHICLE = Vehicle()
@@ -30,7 +30,7 @@ def test_a_run_is_what_small_steps_of_the_same_model_give(direction: float, spee
 
 @pytest.mark.parametrize("direction", [0.5, 2.5])
 def test_the_bundled_vehicle_goes_where_the_rollout_says(direction: float) -> None:
-    hull = Submarine(Limits())
+    hull = KinematicSubmarine(Limits())
     state = hull.start(0.0, 0.0, 45.0, 0.0)
     north, east, _ = RUNNER.paths(Motion(0.0, 0.0, 0.0, 0.0), np.array((direction,)), np.array((2.0,)))
     demand = Demand((2.0 * math.cos(direction), 2.0 * math.sin(direction), 0.0))

@@ -78,3 +78,18 @@ def test_driven_off_the_goal_it_goes_back_under() -> None:
 def test_a_human_taking_over_freezes_the_phase() -> None:
     mission = crossing()
     assert step(mission, 500, 45, to_goal_m=5.0, ready=False) is Phase.CROSS
+
+
+def test_after_a_long_pause_at_the_surface_it_listens_again() -> None:
+    mission = crossing()
+    for t in range(100, 100 + int(VEHICLE.listen_s) + 1):
+        step(mission, t, 0, ready=False)
+    assert step(mission, 200, 0) is Phase.LISTEN
+    assert step(mission, 201, 0) is Phase.LISTEN
+    assert step(mission, 202 + VEHICLE.listen_s, 0) is Phase.CROSS
+
+
+def test_after_a_short_pause_it_goes_on() -> None:
+    mission = crossing()
+    step(mission, 100, 0, ready=False)
+    assert step(mission, 110, 0) is Phase.CROSS

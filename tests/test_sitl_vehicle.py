@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.vehicle import Boat, Demand, Dynamics, Limits, Submarine, VehicleState
+from sitl.vehicle import Demand, Dynamics, KinematicBoat, KinematicSubmarine, Limits, VehicleState
 
 speeds = st.floats(-4.0, 4.0)
 drifts = st.floats(-0.5, 0.5)
@@ -25,7 +25,7 @@ def sail(
 def test_a_submarine_makes_good_the_wanted_velocity_against_the_current(
     north: float, east: float, down: float, drift_north: float, drift_east: float
 ) -> None:
-    hull = Submarine(Limits(), (drift_north, drift_east))
+    hull = KinematicSubmarine(Limits(), (drift_north, drift_east))
     through = math.hypot(north - drift_north, east - drift_east)
     state = sail(hull, Demand((north, east, down)), 90.0)
     if 0.1 < through < 2.5:
@@ -37,7 +37,7 @@ def test_a_submarine_makes_good_the_wanted_velocity_against_the_current(
 
 @given(speeds, speeds)
 def test_a_boat_turns_velocity_into_heading_and_never_leaves_the_surface(north: float, east: float) -> None:
-    state = sail(Boat(Limits()), Demand((north, east, 0.5)), 60.0)
+    state = sail(KinematicBoat(Limits()), Demand((north, east, 0.5)), 60.0)
     assert state.depth_m == 0.0
     wanted = min(math.hypot(north, east), 2.5)
     assert math.hypot(*state.velocity_ned_mps[:2]) == pytest.approx(wanted, abs=1e-3)
@@ -46,25 +46,25 @@ def test_a_boat_turns_velocity_into_heading_and_never_leaves_the_surface(north: 
 
 
 def test_a_boat_in_a_cross_current_is_set_off_course_because_it_does_not_crab() -> None:
-    state = sail(Boat(Limits(), (0.0, 0.5)), Demand((2.0, 0.0, 0.0)), 60.0)
+    state = sail(KinematicBoat(Limits(), (0.0, 0.5)), Demand((2.0, 0.0, 0.0)), 60.0)
     north, east, _ = state.velocity_ned_mps
     assert math.degrees(math.atan2(east, north)) == pytest.approx(14.0, abs=1.0)  # measured: 15
 
 
 def test_a_zero_velocity_turns_a_boat_north_and_holding_does_not() -> None:
-    swung = sail(Boat(), Demand((0.0, 0.0, 0.0)), 30.0, heading=math.pi / 2)
-    held = sail(Boat(), Demand((0.0, 0.0, 0.0), hold_heading=True), 30.0, heading=math.pi / 2)
+    swung = sail(KinematicBoat(), Demand((0.0, 0.0, 0.0)), 30.0, heading=math.pi / 2)
+    held = sail(KinematicBoat(), Demand((0.0, 0.0, 0.0), hold_heading=True), 30.0, heading=math.pi / 2)
     assert swung.heading_rad == pytest.approx(0.0, abs=1e-9)
     assert held.heading_rad == pytest.approx(math.pi / 2)
 
 
 def test_speed_follows_a_lag_of_two_seconds() -> None:
-    state = sail(Submarine(), Demand((2.0, 0.0, 0.0)), 2.0)
+    state = sail(KinematicSubmarine(), Demand((2.0, 0.0, 0.0)), 2.0)
     assert state.speed_mps == pytest.approx(2.0 * (1.0 - math.exp(-1.0)), rel=1e-9)
 
 
 def test_a_reversal_takes_the_time_of_the_turn_rate() -> None:
-    hull = Submarine()
+    hull = KinematicSubmarine()
     state = sail(hull, Demand((2.5, 0.0, 0.0)), 30.0)
     for _ in range(150):  # pi / 0.2 = 15.7 s
         state = hull.step(state, Demand((-2.5, 0.0, 0.0)), 0.1)
@@ -72,11 +72,11 @@ def test_a_reversal_takes_the_time_of_the_turn_rate() -> None:
 
 
 def test_motors_off_means_drifting_with_the_current() -> None:
-    state = sail(Submarine(Limits(), (0.3, -0.2)), None, 100.0)
+    state = sail(KinematicSubmarine(Limits(), (0.3, -0.2)), None, 100.0)
     assert (state.north_m, state.east_m) == pytest.approx((30.0, -20.0))
 
 
 def test_halving_the_step_changes_the_path_by_second_order_only() -> None:
     path = Demand((1.0, 2.0, 0.3))
-    coarse, fine = (sail(Submarine(), path, 40.0, dt) for dt in (0.1, 0.05))
+    coarse, fine = (sail(KinematicSubmarine(), path, 40.0, dt) for dt in (0.1, 0.05))
     assert math.hypot(coarse.north_m - fine.north_m, coarse.east_m - fine.east_m) < 0.05

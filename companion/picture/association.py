@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from companion.messages import ContactReport
+from companion.picture.forecast import History
 from companion.picture.plausibility import Gate, Judgement, Motion
 from companion.picture.reports import same_measurement
 
@@ -45,6 +46,7 @@ class Hypothesis:
     motion: Motion
     hits: int = 1
     elsewhere: int = 0
+    history: History | None = None  # while somebody watches
 
     @property
     def suspect(self) -> bool:
@@ -64,11 +66,13 @@ class Places:
     held: list[Hypothesis] = field(default_factory=list)
     ghost: Hypothesis | None = None
     shared: bool = False  # two senders under one number
+    newest: Hypothesis | None = None  # the one that took the last report
 
     def take(self, report: ContactReport, gate: Gate) -> Placement:
         """Place a report that has a position."""
         if not self.held:
             self.held.append(Hypothesis(gate.begin(report)))
+            self.newest = self.held[0]
             return Placement.FIRST
         if any(same_measurement(h.report, report) for h in self.held):
             return Placement.DUPLICATE
@@ -93,6 +97,7 @@ class Places:
         if hit.elsewhere and any(not h.suspect for h in others if h.elsewhere < hit.elsewhere):
             self.shared = True
         hit.motion = judgement.motion
+        self.newest = hit
         hit.hits += 1
         hit.elsewhere = 0
         if hit is self.ghost:
@@ -109,6 +114,7 @@ class Places:
         for other in self.held:
             other.elsewhere += 1
         self.held.append(new)
+        self.newest = new
         self._limit()
 
     def _give_up(self, hit: Hypothesis) -> None:

@@ -21,18 +21,23 @@ from companion.reach.kernel import Kernel, nearest
 SINGULAR_GAP_M = 1.0
 
 
-def repulsion_strength(distance_m: FloatArray, k_r: float, delta_m: float) -> FloatArray:
-    """K_r / (d - delta)^3, saturated at d - delta = `SINGULAR_GAP_M`."""
-    gap = np.maximum(distance_m - delta_m, SINGULAR_GAP_M)
+def repulsion_strength(
+    distance_m: FloatArray, k_r: float, delta_m: float, singular_gap_m: float = SINGULAR_GAP_M
+) -> FloatArray:
+    """K_r / (d - delta)^3, saturated at d - delta = `singular_gap_m`."""
+    gap = np.maximum(distance_m - delta_m, singular_gap_m)
     return np.asarray(k_r / (gap * gap * gap), dtype=np.float64)
 
 
 class ExactRepulsion:
     """Repulsion from the exact tubes; a function of its arguments and the field's constants."""
 
-    def __init__(self, field: Field, kernel: Kernel = nearest) -> None:
+    def __init__(
+        self, field: Field, kernel: Kernel = nearest, singular_gap_m: float = SINGULAR_GAP_M
+    ) -> None:
         self._field = field
         self._kernel = kernel
+        self._singular_gap_m = singular_gap_m
 
     def __call__(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
@@ -42,5 +47,6 @@ class ExactRepulsion:
 
     def from_nearest(self, nearest: Nearest) -> Repulsion:
         """The same from distances already known."""
-        strength = repulsion_strength(nearest.distance_m, self._field.k_r, self._field.delta_m)
+        field = self._field
+        strength = repulsion_strength(nearest.distance_m, field.k_r, field.delta_m, self._singular_gap_m)
         return Repulsion(nearest, strength[:, None] * nearest.away, np.zeros(len(strength), dtype=np.bool_))

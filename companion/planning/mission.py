@@ -20,6 +20,7 @@ class Mission:
         self._vehicle = vehicle
         self._goal = goal
         self._listening_since: Instant | None = None
+        self._idle_since: Instant | None = None
         self.phase = Phase.WAIT
         self.crossings = 0  # begun after listening
 
@@ -40,12 +41,18 @@ class Mission:
         `must_rise()`: new reports are needed, and the surface will be free.
         """
         if own is None or to_goal_m is None or not ready:
+            if self._idle_since is None:
+                self._idle_since = now
             return self.phase  # nothing moves while we do not steer
+        idle_s = 0.0 if self._idle_since is None else elapsed_s(self._idle_since, now)
+        self._idle_since = None
         # a surface vehicle's depth is its barometer's drift: some metres with every change of weather
         surfaced = self._vehicle.cruise_depth_m == 0 or own.depth_m <= self._vehicle.surfaced_depth_m
         match self.phase:
             case Phase.WAIT:
                 self.phase = Phase.LISTEN
+            case Phase.CROSS | Phase.RISE if surfaced and idle_s >= self._vehicle.listen_s > 0:
+                self.phase, self._listening_since = Phase.LISTEN, None  # who has come meanwhile?
             case Phase.LISTEN:
                 self._listen(now, surfaced, reports_heard, is_clear)
             case Phase.CROSS if to_goal_m <= self._goal.radius_m and is_clear():

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from companion.config import Config, NonNegative, Positive, Section, from_mapping
+from companion.planning.field import SINGULAR_GAP_M
 from sitl.traffic import NoiseKind
 
 
@@ -67,6 +68,9 @@ class Crossing(Section, frozen=True):
     goal_radius_m: Positive = 15.0
     time_limit_s: Positive = 1200.0
     dt_s: Positive = 0.1
+    same_way: bool = False  # both lanes sail north
+    singular_gap_m: Positive = SINGULAR_GAP_M  # the exact field saturates this far outside delta
+    model: str = "straight"  # the network
     delta_m: Positive = 5.0
     horizon_s: Positive = 600.0
     k_p: Positive = 5.0
@@ -126,4 +130,4 @@ class Crossing(Section, frozen=True):
 
     def lane_course_rad(self, lane: int) -> float:
         """The near lane sails south, the far lane north, as the bundled scenario has it."""
-        return math.pi * (1 - lane)
+        return 0.0 if self.same_way else math.pi * (1 - lane)

@@ -35,7 +35,7 @@ def cross(case: Crossing, ships: Ships, make: Callable[[Tracks, int], Planner]) 
     steps = round(case.under_way_s / case.dt_s)
     m = ships.trials
     t_ns = np.array([instant(case.information_s + i * case.dt_s) for i in range(steps + 1)], dtype=np.int64)
-    path = np.empty((steps + 1, m, 2))
+    path = np.zeros((steps + 1, m, 2))
     last = np.full(m, steps)
     arrived, steered_s = np.zeros(m, dtype=np.bool_), np.full(m, np.nan)
     goal = np.array(case.goal_m)

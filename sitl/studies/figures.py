@@ -80,8 +80,8 @@ def _snapshot(axes: Axes, case: Crossing, ships: Ships, runs: dict[str, Crossed]
     for name, run in runs.items():
         until = min(step, int(run.paths.last[0]))
         way = run.paths.position_m[: until + 1, 0]
-        axes.plot(way[:, 1], way[:, 0], color=COLOURS[name], lw=1.2, label=PLANNERS[name].title)
-        axes.plot(*way[-1][::-1], "o", ms=4, color=COLOURS[name])
+        axes.plot(way[:, 1], way[:, 0], color=COLOURS.get(name, "black"), lw=1.2, label=PLANNERS[name].title)
+        axes.plot(*way[-1][::-1], "o", ms=4, color=COLOURS.get(name, "black"))
     axes.plot(case.goal_m[1], case.goal_m[0], "s", ms=6, color="#14874a")
     axes.set_xlim(case.start_m[1] - 30, case.goal_m[1] + 30)
     axes.set_ylim(-620, 620)

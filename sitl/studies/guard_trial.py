@@ -19,7 +19,14 @@ from companion.planning.guard import Guard, Velocity, Verdict
 from companion.reach.kernel import Kernel, nearest
 from sitl.closest import to_hulls
 from sitl.studies.lanes_picture import Lanes
-from sitl.vehicle import Boat, Demand, Dynamics, Limits, Submarine, VehicleState
+from sitl.vehicle import (
+    Demand,
+    Dynamics,
+    KinematicBoat,
+    KinematicSubmarine,
+    Limits,
+    VehicleState,
+)
 
 PLANNERS: tuple["PlannerKind", ...] = ("random", "adversarial", "frozen", "bow", "nan", "silent")
 PlannerKind = Literal["random", "adversarial", "frozen", "bow", "nan", "silent"]
@@ -120,7 +127,7 @@ class BadVehicle:
             vehicle.max_turn_rate_radps,
             vehicle.speed_lag_s,
         )
-        hull = Boat if vehicle.cruise_depth_m == 0 else Submarine
+        hull = KinematicBoat if vehicle.cruise_depth_m == 0 else KinematicSubmarine
         self._dynamics: Dynamics = hull(limits, (float(drift[0]), float(drift[1])))
         self._state: VehicleState = self._dynamics.start(
             float(start_m[0]),

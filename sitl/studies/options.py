@@ -11,13 +11,28 @@ UUV = """\
     Exit status 1 when a planner that claims safety came within delta of a reachable set.
 """
 
+UGV = """\
+    The paper's ground-vehicle case in both variants, by its own network (models/paper4x16), and what the gain
+    K_r does.  Exit status 1 when a planner that claims safety came within delta.
+"""
+
+AGE = """\
+    The vehicle at the edge of endless traffic with information 0 to 600 s old: it rehearses the way on the
+    sets to come, and holds when there is no safe way.  Exit status 1 when it came within delta all the same.
+"""
+
+PLANNERS = "rows: network,exact,no-uncertainty,improved (these four), improved-exact, rehearsed, orca, search"
+
 READINGS = {
     "ships": (("convoy", "stream"), "5 ships a lane, or lanes without end"),
     "attraction": (("unit", "proportional"), "K_p whatever the distance, or K_p times the distance"),
     "obstacle": (("hull", "centre"), "whose reachable set"),
     "horizon": (("tube", "slice", "per-ship"), "of the paper's planners' sets"),
     "noise": (("constant", "interval", "white", "none"), "of the true ships: constant is the worst case"),
-    "vehicle": (("integrator", "lag", "sitl"), "sitl: the bundled vehicle through its MAVLink link"),
+    "vehicle": (
+        ("integrator", "lag", "sitl"),
+        "x' = u; a lag of 2 s and at most 0.2 rad/s; or the bundled vehicle through its MAVLink link",
+    ),
 }
 
 
@@ -48,10 +63,21 @@ def add_uuv(p: argparse.ArgumentParser) -> None:
     p.add_argument(
         "--planners",
         metavar="A,B,...",
-        help="rows of the table: network,exact,no-uncertainty,improved (these four), orca, search",
+        help=PLANNERS,
     )
     for name, (choices, text) in READINGS.items():
         p.add_argument(f"--{name}", choices=choices, default=choices[0], help=f"{text} (%(default)s)")
+
+
+def add_age(p: argparse.ArgumentParser) -> None:
+    """`companion study age`."""
+    add_campaign(p, "age", trials=100)
+
+
+def add_ugv(p: argparse.ArgumentParser) -> None:
+    """`companion study ugv`."""
+    add_campaign(p, "ugv", trials=200)
+    p.add_argument("--vehicle", choices=("integrator", "lag"), default="integrator", help="(%(default)s)")
 
 
 def _count(text: str) -> int:

@@ -12,6 +12,7 @@ from companion.instant import Instant
 from companion.messages import FloatArray, IntArray, Phase, Tracks
 from companion.planning.field import ExactRepulsion
 from companion.planning.network import NetworkRepulsion
+from companion.planning.rehearsal import Rehearsal
 from companion.planning.steering import Steering
 from companion.reach import choose_kernel
 from companion.reach.shapes import only
@@ -78,13 +79,14 @@ def field_planner(
     *,
     improved: bool,
     network: bool,
-    model: str = "straight",
 ) -> FieldPlanner:
     """Steering on these tracks by the network or by the exact sets."""
     slices = case.readings.horizon == "slice" and not improved
     settings = case.settings(planner_tables(case, improved=improved), slices=slices)
-    exact = ExactRepulsion(settings.field, choose_kernel("numba" if kernel == "numba" else "numpy"))
-    field = NetworkRepulsion.load(model, settings) if network else exact
+    exact = ExactRepulsion(
+        settings.field, choose_kernel("numba" if kernel == "numba" else "numpy"), case.singular_gap_m
+    )
+    field = NetworkRepulsion.load(case.model, settings) if network else exact
     return FieldPlanner(
         Steering(settings, field), tracks, vehicles, np.array(case.goal_m), case.max_speed_mps
     )
@@ -106,6 +108,21 @@ def _improved(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Pla
     return field_planner(case, tracks, vehicles, kernel, improved=True, network=True)
 
 
+def _improved_exact(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:
+    return field_planner(case, tracks, vehicles, kernel, improved=True, network=False)
+
+
+def _rehearsed(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:
+    from sitl.studies.gated import Gated  # noqa: PLC0415 - it is made of this module's planner
+
+    planner = field_planner(case, tracks, vehicles, kernel, improved=True, network=True)
+    settings = case.settings(planner_tables(case, improved=True))
+    compute = choose_kernel("numba" if kernel == "numba" else "numpy")
+    exact = Steering(settings, ExactRepulsion(settings.field, compute, case.singular_gap_m))
+    post = np.tile(case.start_m, (vehicles, 1))
+    return Gated(planner, Rehearsal(settings, exact, compute), post, np.zeros(vehicles, dtype=np.bool_))
+
+
 def _orca(case: Crossing, tracks: Tracks, vehicles: int, kernel: str) -> Planner:  # noqa: ARG001
     return Orca.of(case, tracks, vehicles)
 
@@ -119,6 +136,8 @@ PLANNERS: dict[str, Entry] = {
     "exact": Entry("exact", True, _paper),
     "no-uncertainty": Entry("no uncertainty", False, _careless),
     "improved": Entry("improved", True, _improved),
+    "improved-exact": Entry("improved, exact", True, _improved_exact),
+    "rehearsed": Entry("improved, rehearsed", True, _rehearsed),
     "orca": Entry("ORCA", False, _orca),
     "search": Entry("search", True, _search),
 }

@@ -12,6 +12,7 @@ from sitl.studies.closest import to_the_hulls, to_the_sets
 from sitl.studies.crossing import cross
 from sitl.studies.planners import PLANNERS
 from sitl.studies.ships import draw
+from sitl.studies.through_sitl import sail
 from sitl.studies.wish import Planner
 
 CHUNK = 100  # trials computed together, whatever the number of jobs: the same numbers for any
@@ -39,14 +40,16 @@ class Outcome(Struct, frozen=True):
     oldest_s: float | None  # age of the oldest information that steered
 
 
-def parts(planners: tuple[str, ...], trials: int) -> list[Part]:
+def parts(planners: tuple[str, ...], trials: int, chunk: int = CHUNK) -> list[Part]:
     """The campaign in pieces, in the order of the tables."""
-    starts = range(0, trials, CHUNK)
-    return [Part(name, first, min(CHUNK, trials - first)) for first in starts for name in planners]
+    starts = range(0, trials, chunk)
+    return [Part(name, first, min(chunk, trials - first)) for first in starts for name in planners]
 
 
 def run_part(case: Crossing, seed: int, part: Part, kernel: str = "numpy") -> list[Outcome]:
     """Every trial of the part; the same arguments give the same numbers."""
+    if case.readings.vehicle == "sitl":
+        return [_through_sitl(case, seed, part.planner, part.first + i) for i in range(part.count)]
     ships = draw(case, seed, range(part.first, part.first + part.count))
 
     def make(tracks: Tracks, vehicles: int) -> Planner:
@@ -74,6 +77,22 @@ def run_part(case: Crossing, seed: int, part: Part, kernel: str = "numpy") -> li
             )
         )
     return outcomes
+
+
+def _through_sitl(case: Crossing, seed: int, planner: str, trial: int) -> Outcome:
+    found = sail(case, seed, trial, planner)
+    under_way_s = found.under_way_s
+    return Outcome(
+        planner=planner,
+        trial=trial,
+        arrived=found.arrived,
+        time_s=None if under_way_s is None else round(case.information_s + under_way_s, 3),
+        to_set_m=_rounded(found.to_set_m),
+        to_set_at_s=round(found.to_set_at_s, 3),
+        to_hull_m=_rounded(found.to_hull_m),
+        vertical_m=_rounded(found.vertical_m),
+        oldest_s=found.oldest_s,
+    )
 
 
 def _rounded(value: np.float64 | float) -> float:

@@ -11,14 +11,14 @@ from rich.progress import Progress
 
 from companion.errors import ConfigError
 from sitl.studies import figures
-from sitl.studies.campaign import Campaign, Executor, local_executor
+from sitl.studies.campaign import Campaign
 from sitl.studies.case import Crossing, Readings
-from sitl.studies.cluster import Cluster
+from sitl.studies.places import executor_of
 from sitl.studies.planners import PLANNERS
 from sitl.studies.report import show, write
 from sitl.studies.step_time import step_ms
 from sitl.studies.table import PAPER, row
-from sitl.studies.trials import Outcome, Part, parts, run_part
+from sitl.studies.trials import CHUNK, Outcome, Part, parts, run_part
 
 EXIT_OK, EXIT_FAILED = 0, 1
 DEFAULT_PLANNERS = ("network", "exact", "no-uncertainty", "improved")
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
         "kernel": options.kernel,
     }
     work = partial(run_part, case, options.seed, kernel=options.kernel)
-    todo = parts(names, options.trials)
+    todo = parts(names, options.trials, 1 if case.readings.vehicle == "sitl" else CHUNK)
     began = time.perf_counter()
     campaign = Campaign(options.out, identity, Part, Outcome)
     with Progress(console=console, transient=True) as bar:
@@ -97,8 +97,3 @@ def planners_of(options: argparse.Namespace) -> tuple[str, ...]:
         if name not in PLANNERS:
             raise ConfigError(f"--planners {name}: there is {', '.join(PLANNERS)}")
     return tuple(names)
-
-
-def executor_of(options: argparse.Namespace) -> Executor:
-    """Where the work is done."""
-    return Cluster(options.cluster) if options.cluster else local_executor(options.jobs)

@@ -1,6 +1,6 @@
 """Many vehicles at once, each a point with a velocity: what the tables are made with.
 
-`lag` is `sitl.vehicle.Kinematic` in rows; a test holds the two together.
+`Lag` is `sitl.vehicle.KinematicSubmarine` in rows; a test holds the two together.
 """
 
 from dataclasses import dataclass, replace
