@@ -80,7 +80,7 @@ class Core:
             Link.AIVDM: self._aivdm,
         }
         self._own = Ownship(config.autopilot)
-        self._picture = Picture(config.contacts)
+        self._picture = Picture(config.contacts, surfaced_depth_m=config.vehicle.surfaced_depth_m)
         self._mission = Mission(config.vehicle, config.goal)
         self._steering = Steering(config, repulsion)
         self._guard = Guard(config)

@@ -66,6 +66,7 @@ class TargetKind(StrEnum):
 
     CLASS_A = "class A"
     CLASS_B = "class B"
+    AIRCRAFT = "aircraft"
     UNKNOWN = "unknown"
 
 
@@ -121,6 +122,7 @@ class OwnPosition:
     depth_m: float | None = None
     velocity_ned_mps: tuple[float, float, float] | None = None
     heading_rad: float | None = None
+    talker: int = 0  # which receiver of the source, such as its address on the bus
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,10 @@ A refuted place is remembered as the `ghost`, without a row, so that a rare seco
 busy number is recognised when it speaks again.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from companion.instant import Instant
 from companion.messages import ContactReport
 from companion.picture.forecast import History
 from companion.picture.plausibility import Gate, Judgement, Motion
@@ -87,6 +88,18 @@ class Places:
             return Placement.OLDER
         self._suspect(Hypothesis(gate.begin(report)))
         return Placement.QUARANTINED
+
+    def move_clock(self, step_ns: int) -> None:
+        """The source's clock was set: all that is known happened `step_ns` later on the new one."""
+        for place in self._known():
+            report = place.report
+            moved = replace(
+                report,
+                received_at=Instant(report.received_at + step_ns),
+                measured_at=Instant(report.measured_at + step_ns),
+            )
+            place.motion = replace(place.motion, report=moved)
+            place.history = None
 
     def _known(self) -> list[Hypothesis]:
         return [*self.held, self.ghost] if self.ghost else self.held

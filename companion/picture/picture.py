@@ -13,24 +13,30 @@ import numpy as np
 
 from companion import config
 from companion.geodesy import LocalFrame
-from companion.instant import Instant
-from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, Tracks
+from companion.instant import NS_PER_S, Instant, elapsed_s
+from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, TargetKind, Tracks
 from companion.picture import learned
 from companion.picture.adaptation import Adaptation
+from companion.picture.ageing import REST_MPS
 from companion.picture.area import distance_m, may_enter_at
 from companion.picture.association import Hypothesis, Placement
 from companion.picture.bounds import Assumptions
 from companion.picture.capacity import Room
 from companion.picture.contact import Contact
-from companion.picture.echo import EchoWatch
+from companion.picture.echo import EchoWatch, Evidence
 from companion.picture.forecast import History, Watch
 from companion.picture.identity import Station, may_be_a_ship, station
+from companion.picture.listening import Listening
 from companion.picture.notes import Ledger
+from companion.picture.own_sources import OwnSources
 from companion.picture.plausibility import Gate
 from companion.picture.reports import cleaned, has_position
 from companion.picture.table import NEVER, Row, Table
 
 MOST_CONTACTS = 5000
+CLOCK_STEP_S = 60.0  # a log's clock that goes back by more was set, and not a report that came late
+STEP_TOOK_S = 10.0
+SILENT_S = 180.0
 _BELIEVED = {Placement.FIRST, Placement.CONTINUED, Placement.CONFIRMED}
 
 
@@ -44,7 +50,12 @@ class Picture:
     """
 
     def __init__(
-        self, contacts: config.Contacts, most_contacts: int = MOST_CONTACTS, *, watch: Watch | None = None
+        self,
+        contacts: config.Contacts,
+        most_contacts: int = MOST_CONTACTS,
+        *,
+        watch: Watch | None = None,
+        surfaced_depth_m: float = 1.0,
     ) -> None:
         name = contacts.bounds_file
         bounds = learned.load(name, contacts.bounds_level) if name else None
@@ -53,6 +64,8 @@ class Picture:
         self._watch: Watch | None = watch or self.adaptation
         self._gate = Gate(self._assumptions)
         self._echo = EchoWatch(contacts.own_mmsi)
+        self.listening = Listening(surfaced_depth_m)
+        self.own_sources = OwnSources()
         self._contacts: dict[int, Contact] = {}
         self._most_contacts = most_contacts
         self._touched: set[int] = set()  # rows to be written
@@ -93,12 +106,20 @@ class Picture:
 
     def observe_own(self, own: OwnPosition) -> None:
         """A position of our own platform, to know our echo by."""
-        self._echo.observe_own(own)
+        self.listening.observe_own(own)
+        if self.own_sources.observe(own):
+            self._echo.observe_own(own)
 
     def observe(self, report: ContactReport) -> None:
         """Take one report, from any source, in any order."""
         self.reports_heard += 1
+        if self.last_heard is not None and elapsed_s(report.received_at, self.last_heard) > CLOCK_STEP_S:
+            self._follow_clock(report.received_at - self.last_heard)
+            self.last_heard = report.received_at
         self.last_heard = max(report.received_at, self.last_heard or report.received_at)
+        if report.kind is TargetKind.AIRCRAFT:  # its number is of another kind than a ship's
+            self.counts[_not_a_ship(Station.AIRCRAFT)] += 1
+            return
         report = cleaned(report, self.counts)
         contact = self._contacts.get(report.mmsi) or self._admit(report)
         if contact is None:
@@ -149,7 +170,7 @@ class Picture:
         for mmsi in self._unjudged:
             self._ledger.enter(self._contacts[mmsi], now)
         self._unjudged.clear()
-        found = self._ledger.reasons()
+        found = self.own_sources.doubts(now) + self._ledger.reasons()
         left_out = {s: self.counts[_not_a_ship(s)] for s in Station if self.counts[_not_a_ship(s)]}
         if left_out:
             listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
@@ -158,9 +179,37 @@ class Picture:
         if lost:
             text = f"{self._most_contacts} contacts, the most held; far ones left out {lost} times"
             found.append(Reason("picture.full", text))
+        if self.counts["picture.clock_set_back"]:
+            times = self.counts["picture.clock_set_back"]
+            text = f"the clock was set back {times} times; ages went on from there"
+            found.append(Reason("note.clock_set_back", text))
         if self.adaptation is not None:
             found += self.adaptation.notes(now)
         return found
+
+    def silent(self, now: Instant) -> list[int]:
+        """The ships under way not heard of for `SILENT_S` in which we listened, in MMSI order."""
+        gone = []
+        for mmsi, contact in sorted(self._contacts.items()):
+            held = contact.places.held
+            if held and (held[-1].report.sog_mps or 0.0) > REST_MPS and not contact.echo.hides(now):
+                since = held[-1].report.measured_at
+                if elapsed_s(since, now) > SILENT_S and self.listening.listened_s(since, now) > SILENT_S:
+                    gone.append(mmsi)
+        return gone
+
+    def _follow_clock(self, step_ns: int) -> None:
+        """The source's clock was set back: every instant known moves with it, and ages go on.
+
+        How long that took nobody knows; `STEP_TOOK_S` are taken for it.
+        """
+        step_ns -= round(STEP_TOOK_S * NS_PER_S)
+        self.counts["picture.clock_set_back"] += 1
+        for contact in self._contacts.values():
+            contact.echo = Evidence(genuine=contact.echo.genuine, confirmed=contact.echo.confirmed)
+            contact.places.move_clock(step_ns)
+        self._touched.update(self._contacts)
+        self._unjudged.update(self._contacts)
 
     def _admit(self, report: ContactReport) -> Contact | None:
         """A contact for a number not known yet, unless it is no ship or there is no room."""
