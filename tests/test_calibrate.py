@@ -147,7 +147,8 @@ def test_a_ship_with_a_bounds_file_gets_a_set_that_follows_its_own_behaviour() -
         steady.append(report(at, 5.0 * at, 0.0))
         course = 0.0 if i % 2 else 0.6
         turning.append(report(at, 5.0 * at, 100.0 * (i % 2), mmsi=230_000_002, cog_rad=course))
-    heard = picture(*steady, *turning, bounds_file="houston")
+    reports = sorted(steady + turning, key=lambda r: r.received_at)
+    heard = picture(*reports, bounds_file="houston")
     table = tracks(heard, 665.0)
     assert list(table.model) == [Model.KITE, Model.KITE]
     assert (table.spread_m[0] < 0.8 * table.spread_m[1]).all()

@@ -99,7 +99,8 @@ class Places:
                 measured_at=Instant(report.measured_at + step_ns),
             )
             place.motion = replace(place.motion, report=moved)
-            place.history = None
+            if place.history is not None:
+                place.history.move_clock(step_ns)
 
     def _known(self) -> list[Hypothesis]:
         return [*self.held, self.ghost] if self.ghost else self.held

@@ -102,6 +102,15 @@ class History:
             for pending in self._pending:
                 pending.append(self.newest)
 
+    def move_clock(self, step_ns: int) -> None:
+        """The source's clock was set: what was foretold on the old one is not scored on the new one."""
+        self._behaviour, self._kept = Behaviour(), None
+        for pending in self._pending:
+            pending.clear()
+        if self.newest is not None:
+            fix = self.newest.fix
+            self.newest = self.newest._replace(fix=fix._replace(at=Instant(fix.at + step_ns)))
+
     def _score(self, fix: Fix, mmsi: int, watch: Watch) -> None:
         for k, age_s in enumerate(watch.ages_s):
             pending, slack_s = self._pending[k], tolerance_s(age_s)
