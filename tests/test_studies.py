@@ -231,12 +231,13 @@ def double(part: Part) -> list[Outcome]:
 
 def test_a_campaign_goes_on_where_it_stopped_and_forgets_a_torn_line(tmp_path: Path) -> None:
     todo = parts(("a", "b"), 250)
-    first = Campaign(tmp_path, {"seed": 1}, Part, Outcome)
+    identity = {"seed": 1, "case": COARSE}
+    first = Campaign(tmp_path, identity, Part, Outcome)
     whole = first.run(double, todo, local_executor(1))
     lines = (tmp_path / RESULTS).read_bytes().split(b"\n")
     (tmp_path / RESULTS).write_bytes(b"\n".join(lines[:3]) + b"\n" + lines[3][:20])
     done: list[Part] = []
-    again = Campaign(tmp_path, {"seed": 1}, Part, Outcome)
+    again = Campaign(tmp_path, identity, Part, Outcome)
     assert len(again.done) == 2
     resumed = again.run(double, todo, local_executor(1), lambda part, _: done.append(part))
     assert resumed == whole

@@ -21,7 +21,9 @@ from companion.reach.kernel import Kernel, nearest
 from companion.reach.shapes import only
 
 MARGIN_M = 5.0  # a lag of 2 s and a turn rate of 0.2 rad/s cost 3.6 m at most
-CAST = ((0.0, 1.0), (2.0, 1.0), (4.0, 1.0), (2.0, 0.9))  # lag in seconds, share of full speed
+# lag of the speed in seconds, greatest turn rate in rad/s, share of full speed
+CAST = ((0.01, 1e3, 1.0), (2.0, 0.2, 1.0), (2.0, 0.2, 0.95), (4.0, 0.15, 1.0))
+TURN_LAG_S = 0.5
 STEP_S = 0.5
 SLOWEST = 4.0  # a crossing longer than this many times the straight way is none
 
@@ -60,10 +62,11 @@ class Rehearsal:
         """Least distances and arrivals of all vehicles of all casts, cast by cast for each."""
         n = len(place)
         k = len(tracks) // n
-        lag_s, share = (np.tile(column, n // len(CAST)) for column in np.array(CAST).T)
+        lag_s, turns, share = (np.tile(column, n // len(CAST)) for column in np.array(CAST).T)
         limit = share * self._config.vehicle.max_speed_mps
-        follows = np.where(lag_s > 0, -np.expm1(-STEP_S / np.maximum(lag_s, 1e-9)), 1.0)[:, None]
-        closest, arrived, moves = np.full(n, np.inf), np.zeros(n, dtype=np.bool_), np.zeros((n, 2))
+        follows, eager = -np.expm1(-STEP_S / lag_s), -np.expm1(-STEP_S / TURN_LAG_S)
+        closest, arrived, speed = np.full(n, np.inf), np.zeros(n, dtype=np.bool_), np.zeros(n)
+        heading = np.arctan2(*(goal_m - place).T[::-1])
         straight_m = float(np.hypot(*(goal_m - place).T).max())
         keep_m = self._config.field.delta_m + MARGIN_M
         for step in range(int(SLOWEST * straight_m / float(limit.min()) / STEP_S) + 1):
@@ -77,7 +80,11 @@ class Rehearsal:
             push = self._steering.push(tracks, t, around, goal_m)
             pull = self._steering.pull(place, goal_m, Phase.CROSS)
             u = self._steering.horizontal(tracks, pull, push)
-            u = u * (limit / np.maximum(np.hypot(u[:, 0], u[:, 1]), limit))[:, None]
-            moves = moves + follows * (u - moves)
-            place = place + STEP_S * moves
+            wanted, target = np.hypot(u[:, 0], u[:, 1]), np.arctan2(u[:, 1], u[:, 0])
+            error = np.remainder(target - heading + np.pi, 2 * np.pi) - np.pi
+            most = np.where(turns > 1.0, np.pi, turns * STEP_S)
+            heading = heading + np.clip(np.where(turns > 1.0, error, eager * error), -most, most)
+            ahead = np.minimum(wanted, limit) * np.maximum(np.cos(target - heading), 0.0)
+            speed = speed + follows * (ahead - speed)
+            place = place + (STEP_S * speed)[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))
         return closest, arrived

@@ -69,7 +69,7 @@ class Campaign(Generic[Work, Result]):
 
     def __init__(self, folder: Path, identity: object, part: type[Work], result: type[Result]) -> None:
         self._path = folder / RESULTS
-        self._identity = msgspec.to_builtins(identity)
+        self._identity = msgspec.json.decode(msgspec.json.encode(identity))  # as it will be read again
         self._line = _Line[part, result]  # type: ignore[valid-type]
         folder.mkdir(parents=True, exist_ok=True)
         self.done = self._read()
