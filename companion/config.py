@@ -48,10 +48,14 @@ class Autopilot(Section, frozen=True):
 
 
 class Links(Section, frozen=True):
-    """Where the bytes come from: MAVLink in pymavlink's or MAVSDK's spelling, CAN as `interface:channel`."""
+    """Where the bytes come from: MAVLink in pymavlink's or MAVSDK's spelling, CAN as `interface:channel`.
+
+    `aivdm`: NMEA 0183 sentences of an AIS receiver over UDP, TCP or serial, spelt as `mavlink` is; or none.
+    """
 
     mavlink: str = "udpin:0.0.0.0:14550"
     can: tuple[str, ...] = ()
+    aivdm: str = ""
 
 
 class Goal(Section, frozen=True):
@@ -83,6 +87,10 @@ class Contacts(Section, frozen=True):
     reports flagged accurate, `coarse_position_error_m` to the others.  The noise bounds are believed for
     `validity_s` after a report; from then on the ship may do anything up to `top_speed_mps`.  Below
     `slow_below_mps` a course means nothing: such a ship may go any way at that speed.
+
+    `bounds_file`, written by `companion calibrate` (a file, or a name in models/), replaces the noise bounds
+    of ships under way by how far recorded ships strayed, such that a share `bounds_level` of them stayed
+    inside; empty: the constants above hold.
     """
 
     speed_noise_mps: NonNegative = 0.25
@@ -98,6 +106,8 @@ class Contacts(Section, frozen=True):
     slow_below_mps: NonNegative = 0.5
     validity_s: Positive = 600.0
     own_mmsi: Annotated[int, Meta(ge=0, le=999_999_999)] = 0
+    bounds_file: str = ""
+    bounds_level: Annotated[float, Meta(ge=0.5, lt=1)] = 0.99
 
 
 class Field(Section, frozen=True):

@@ -48,6 +48,7 @@ from companion.requests import MessageRequests
 from companion.takeover import Takeover
 from companion.utc import UtcClock
 from companion.wire.ais_vessel import AisQuirk
+from companion.wire.aivdm import AivdmDecoder
 from companion.wire.mavlink import MavlinkDecoder
 from companion.wire.nmea2000 import Nmea2000Decoder
 
@@ -72,8 +73,14 @@ class Core:
             quirk=AisQuirk(config.autopilot.ais_sender),
         )
         self._nmea2000 = Nmea2000Decoder(self._utc)
+        self._aivdm = AivdmDecoder(self._utc)
+        self._decoders: dict[Link, MavlinkDecoder | Nmea2000Decoder | AivdmDecoder] = {
+            Link.MAVLINK: self._mavlink,
+            Link.CAN: self._nmea2000,
+            Link.AIVDM: self._aivdm,
+        }
         self._own = Ownship(config.autopilot)
-        self._picture = Picture(config.contacts)
+        self._picture = Picture(config.contacts, surfaced_depth_m=config.vehicle.surfaced_depth_m)
         self._mission = Mission(config.vehicle, config.goal)
         self._steering = Steering(config, repulsion)
         self._guard = Guard(config)
@@ -154,8 +161,7 @@ class Core:
 
     def _hear(self, tick: Tick) -> None:
         for frame in tick.frames:
-            decoder = self._mavlink if frame.link is Link.MAVLINK else self._nmea2000
-            for heard in decoder.decode(frame):
+            for heard in self._decoders[frame.link].decode(frame):
                 self._take(heard)
 
     def _take(self, heard: Heard) -> None:
@@ -319,7 +325,7 @@ class Core:
 
     def _counts(self) -> dict[str, int]:
         merged: Counter[str] = Counter()
-        for part in (self._mavlink.counts, self._nmea2000.counts, self._picture.counts):
+        for part in (self._mavlink.counts, self._nmea2000.counts, self._aivdm.counts, self._picture.counts):
             merged.update(part)
         merged["own.position_jumps"] = self._own.jumps
         merged["utc.steps"] = self._utc.steps

@@ -8,9 +8,12 @@ by about 0.5 m; `MAX_RANGE_M` keeps goals and start well inside that.
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import pymap3d
+from numpy.typing import NDArray
 
 MAX_RANGE_M = 100_000.0
+FloatArray = NDArray[np.float64]
 _WGS84 = pymap3d.Ellipsoid.from_name("wgs84")  # made once: pymap3d would make it at every call
 
 
@@ -27,6 +30,15 @@ class LocalFrame:
             latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0, _WGS84
         )
         return float(north), float(east)
+
+    def to_local_many(
+        self, latitude_deg: FloatArray, longitude_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The same for many points (n,)."""
+        east, north, _ = pymap3d.geodetic2enu(
+            latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0
+        )
+        return np.asarray(north), np.asarray(east)
 
     def to_geodetic(self, north_m: float, east_m: float) -> tuple[float, float]:
         """Latitude and longitude in degrees of a point on the sea's surface."""

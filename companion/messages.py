@@ -29,6 +29,7 @@ class Link(StrEnum):
 
     MAVLINK = "mavlink"
     CAN = "can"
+    AIVDM = "aivdm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +37,8 @@ class Frame:
     """Raw bytes as they crossed an edge.
 
     A MAVLink frame is one read of the link (a datagram, or whatever a serial port had); it may
-    hold several messages, or part of one.  A CAN frame is one frame: `can_id` is the 29-bit
-    identifier and `data` its 0 to 8 bytes.
+    hold several messages, or part of one, and so may a frame of AIVDM sentences.  A CAN frame is one
+    frame: `can_id` is the 29-bit identifier and `data` its 0 to 8 bytes.
     """
 
     stamp: Instant
@@ -55,6 +56,9 @@ class Source(StrEnum):
     AIS_VESSEL = "AIS_VESSEL"
     NMEA2000 = "NMEA2000"
     MAVLINK = "MAVLINK"
+    AIVDM = "AIVDM"
+    ADSB_VEHICLE = "ADSB_VEHICLE"
+    TABLE = "table"  # decoded long ago, of a CSV file
 
 
 class TargetKind(StrEnum):
@@ -62,6 +66,7 @@ class TargetKind(StrEnum):
 
     CLASS_A = "class A"
     CLASS_B = "class B"
+    AIRCRAFT = "aircraft"
     UNKNOWN = "unknown"
 
 
@@ -117,6 +122,7 @@ class OwnPosition:
     depth_m: float | None = None
     velocity_ned_mps: tuple[float, float, float] | None = None
     heading_rad: float | None = None
+    talker: int = 0  # which receiver of the source, such as its address on the bus
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +190,11 @@ class Model(IntEnum):
     STRAIGHT = 0  # course and speed known within bounds (the paper's ship)
     DISC = 1  # anywhere at up to `disc_speed_mps`
     TURNING = 2  # as STRAIGHT, but course and hull turn at a bounded rate
+    KITE = 3  # around the straight prediction, as far as ships were recorded to stray from it
+    BOX = 4  # the same, along and across the track independently
+
+
+SPREAD_AGES_S = (60.0, 120.0, 300.0, 600.0)  # the ages at which `Tracks.spread_m` is stated
 
 
 def _nothing() -> FloatArray:
@@ -223,6 +234,9 @@ class Tracks:
     turn_rate_radps: FloatArray = field(default_factory=_nothing)  # of TURNING, clockwise; default 0
     turn_rate_error_radps: FloatArray = field(default_factory=_nothing)
     draught_m: FloatArray = field(default_factory=_nothing)  # NaN: not available, the default
+    # of KITE and BOX: metres ahead, astern and abeam at each of `SPREAD_AGES_S`, 0 at age 0 and linear
+    # between; (n, 4, 3), or (n, 0, 3) while no row needs it
+    spread_m: FloatArray = field(default_factory=_nothing)
 
     def __post_init__(self) -> None:
         if len(self.draught_m) != len(self.mmsi):
@@ -230,6 +244,8 @@ class Tracks:
         for name in ("turn_rate_radps", "turn_rate_error_radps"):
             if len(getattr(self, name)) != len(self.mmsi):
                 object.__setattr__(self, name, np.zeros(len(self.mmsi)))
+        if self.spread_m.ndim != 3:
+            object.__setattr__(self, "spread_m", np.empty((len(self.mmsi), 0, 3)))
 
     @classmethod
     def empty(cls) -> "Tracks":

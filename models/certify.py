@@ -70,7 +70,7 @@ def learned_layers(content: bytes) -> tuple[Layers, int]:
     constants = float_constants(content)
     count = sum(1 for name in constants if name.startswith("weight"))
     weights = [constants[f"weight{i}"] for i in range(count)]
-    biases = [constants[f"bias{i}"] for i in range(count)]
+    biases = [constants[f"bias{i}"].ravel() for i in range(count)]
     grid = weights[-1].shape[1]
     half = grid // 2 + 1
     served = mirrored(grid)

@@ -1,5 +1,6 @@
 """A model's TOML file: all that its training depends on."""
 
+import math
 import tomllib
 from pathlib import Path
 from typing import Annotated
@@ -77,6 +78,14 @@ class SupportSpec(_Model, frozen=True, kw_only=True, tag="support"):
 
     network: SupportNetwork
     rounding: Rounding
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.network.grid * self.course_noise_max_rad > 2 * math.pi:
+            raise ValueError(
+                f"network.grid = {self.network.grid}: a direction would lie between the beam and a flank's "
+                f"normal; give at most 2 pi / {self.course_noise_max_rad:g}"
+            )
 
     @property
     def course_noise_max_rad(self) -> float:

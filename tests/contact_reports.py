@@ -56,7 +56,7 @@ def own(at_s: float, north_m: float = 0.0, east_m: float = 0.0, **fields: object
     )
 
 
-def picture(*reports: ContactReport, **contacts: float) -> Picture:
+def picture(*reports: ContactReport, **contacts: float | str) -> Picture:
     """A picture that has heard `reports`, with keys of the [contacts] section."""
     heard = Picture(config.Contacts(**contacts))  # type: ignore[arg-type]
     for each in reports:

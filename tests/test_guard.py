@@ -236,6 +236,18 @@ def test_a_sea_that_empties_needs_no_way_out() -> None:
     assert verdict.velocity_ned_mps == AHEAD
 
 
+@pytest.mark.parametrize("aside_m", [6.0, 40.0])
+def test_blown_off_its_way_out_it_anchors_it_anew_where_that_is_clear(aside_m: float) -> None:
+    flight = Flight()
+    flight.fly(moored(), AHEAD, 20.0)
+    flight.fly(moored(), None, 1.0)
+    flight.state = replace(flight.state, east_m=flight.state.east_m + aside_m)
+    verdict = flight.fly(moored(), None, 0.2)
+    assert verdict.way_out
+    assert "guard.tracking" in flight.codes
+    assert "guard.position_accuracy" in flight.codes
+
+
 # ---------------------------------------------------------------- new reports
 
 

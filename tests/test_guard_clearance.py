@@ -2,12 +2,15 @@ import numpy as np
 import pytest
 
 from companion import reach
-from companion.instant import after, instant
+from companion.instant import Instant, after, instant
 from companion.messages import Model, Tracks
 from companion.planning.guard.clearance import Clearance, Paths
 from companion.planning.guard.margins import Margins
+from companion.planning.guard.rollout import Motion
+from companion.planning.guard.search import Beginning, Search
+from companion.planning.guard.way_out import WayOut
 from companion.reach import Slices
-from tests.builders import T0, tracks
+from tests.builders import T0, config, tracks
 from tests.ships import random_ships
 
 MARGINS = Margins(5.0, 2.0, 0.01, 3.0, 100.0)
@@ -93,6 +96,24 @@ def test_a_ship_that_expires_over_the_vehicle_is_unknown_and_counts_while_its_bo
     clearance = Clearance(Slices.of(ship), T0, MARGINS, 2.5, 20.0, np.array((here, 0.0)))
     assert clearance.unknown.all()
     assert clearance.until_s == pytest.approx(600.0)
+
+
+def test_a_candidate_that_fails_the_last_look_gives_way_to_the_next_best() -> None:
+    class Doubting(Search):
+        refused = 0
+
+        def is_clear(self, way_out: WayOut, now: Instant, clearance: Clearance) -> bool:
+            self.refused += 1
+            return self.refused > 1 and super().is_clear(way_out, now, clearance)
+
+    vehicle, empty = config().vehicle, np.zeros(0)
+    first = Beginning(empty, empty, empty, 0.0, Motion(0.0, 0.0, 0.0, 0.0))
+    search = Doubting(vehicle, 2.3, 300.0)
+    ship = clearance_of(tracks({"north_m": 3000.0, "validity_s": 1500.0}))
+    found, best = search.best(T0, first, (2.0, 0.0), ship)
+    assert search.refused == 2
+    assert found is best
+    assert best.verified
 
 
 def test_margins_grow_under_water_and_with_the_time_flown() -> None:

@@ -79,3 +79,14 @@ def test_on_a_way_out_it_dives() -> None:
     verdict = judged(bow, 2.0, (0.0, 0.0, 0.0))
     assert verdict.velocity_ned_mps is not None
     assert verdict.velocity_ned_mps[2] == 0.5
+
+
+def test_a_vehicle_that_sinks_gains_nothing_on_the_way_to_its_least_depth() -> None:
+    dive = Dive.of(BELOW, OVERHEAD, replace(own(depth_m=20.0), velocity_ned_mps=(0.0, 0.0, 0.4)), (0.3,))
+    assert dive.up_mps == 0.0
+    assert dive.depth_m(np.zeros(1))[0] == 20.0
+
+
+@pytest.mark.parametrize(("depth_m", "down_mps"), [(20.0, 0.5), (44.5, 0.25), (45.0, 0.0), (60.0, -0.5)])
+def test_on_a_way_out_it_closes_on_the_cruise_depth(depth_m: float, down_mps: float) -> None:
+    assert Dive.of(BELOW, OVERHEAD, own(), (0.0,)).command_mps(depth_m) == pytest.approx(down_mps)

@@ -123,5 +123,7 @@ def test_a_way_out_leads_back_to_its_path_and_stops_in_time() -> None:
     assert way.end_m == (20.0, 0.0)
     assert way.speed_mps == 2.0
     assert way.deviation_m(own(10.0, 1.0, at_s=5.0)) == pytest.approx(1.0)
+    beside = WayOut(T0, t, np.zeros(2), np.full(2, 7.0), (0.0, 0.0), 8.0, verified=True)
+    assert beside.deviation_m(own(0.0, 7.5)) == pytest.approx(0.5)
     gone, north, _ = way.rest(instant(25.0))
     assert (gone.tolist(), north.tolist()) == ([0.0], [20.0])

@@ -13,7 +13,7 @@ from tests.builders import T0
 from tests.ships import hull_points, plane, random_ships
 
 PAGE = Path(__file__).parents[1] / "docs" / "obstacle_models.md"
-DRIFTING = 3
+DRIFTING = 99
 
 
 @pytest.fixture

@@ -2,16 +2,17 @@
 
 import sys
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from companion import reach
 from companion.errors import ConfigError
-from companion.reach import compiled
+from companion.reach import choose_kernel, compiled
 from companion.reach.arc_sets import ArcSets
 from companion.reach.kernel import nearest
-from tests.builders import T0
+from tests.builders import T0, tracks
 from tests.ships import random_ships
 
 
@@ -95,3 +96,16 @@ def test_a_track_that_is_no_number_is_refused_because_it_would_pass_every_compar
     broken = replace(ships, cog_rad=np.array([0.0, np.nan, 0.0]))
     with pytest.raises(ValueError, match=r"tracks\.cog_rad"):
         reach.at(broken, T0)
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-200, 1e-179, 1e-160, 1e-150, 1e-140])
+@pytest.mark.parametrize("kernel", ["numpy", "numba"])
+def test_a_vehicle_almost_on_the_antenna_of_a_ship_without_size_is_no_division_by_zero(
+    length: float, kernel: Literal["numpy", "numba"]
+) -> None:
+    sizes = dict.fromkeys(("bow_m", "stern_m", "port_m", "starboard_m", "position_error_m"), 0.0)
+    ship = tracks({**sizes, "north_m": 0.0, "east_m": 0.0})
+    positions = length * np.array([[1.0, 1.0], [1.0, 0.0], [-1.0, 1.0], [0.0, -1.0]])
+    distance, away = reach.tube(ship, T0, 0.0, choose_kernel(kernel)).nearest_many(positions)
+    assert np.abs(distance).max() < 1e-139
+    assert np.hypot(away[..., 0], away[..., 1]) == pytest.approx(1.0)

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 
-from companion.cli import crossing, models, study
+from companion.cli import crossing, models, study, traffic
 from companion.errors import CompanionError
 
 EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
@@ -52,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"companion {version('companion')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     crossing.add(commands)
+    traffic.add(commands)
     models.add(commands)
     study.add(commands)
     return parser

@@ -22,8 +22,6 @@ class Study(NamedTuple):
 
 STUDIES = (
     Study("uuv", "the paper's UUV crossing, planner beside planner", of.UUV, of.add_uuv, "sitl.studies.uuv"),
-    Study("ugv", "the paper's ground-vehicle case", of.UGV, of.add_ugv, "sitl.studies.ugv"),
-    Study("age", "how old information may be", of.AGE, of.add_age, "sitl.studies.age"),
     Study(
         "guard",
         "hostile planners against the guard",
@@ -31,6 +29,15 @@ STUDIES = (
         guard_options.add_guard,
         "sitl.studies.guard",
     ),
+    Study(
+        "endurance",
+        "six channels in a row: surfacing as a decision",
+        guard_options.ENDURANCE,
+        guard_options.add_endurance,
+        "sitl.studies.endurance",
+    ),
+    Study("ugv", "the paper's ground-vehicle case", of.UGV, of.add_ugv, "sitl.studies.ugv"),
+    Study("age", "how old information may be", of.AGE, of.add_age, "sitl.studies.age"),
 )
 
 

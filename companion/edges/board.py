@@ -60,18 +60,22 @@ def run(options: Namespace) -> int:
         clock = MonotonicClock(speedup=options.speedup)
         link = MavlinkLink.open(config.links.mavlink)
         stack.callback(link.close)
+        receiver = None
+        if config.links.aivdm:
+            receiver = MavlinkLink.open(config.links.aivdm, "links.aivdm")
+            stack.callback(receiver.close)
         buses: list[CanBus] = []
         for spec in config.links.can:
             buses.append(CanBus.open(spec))
             stack.callback(buses[-1].close)
         recorder = _recorder(config, companion, console)
-        line = stack.enter_context(StatusLine(console, lambda: _troubles(link, buses, recorder)))
+        line = stack.enter_context(StatusLine(console, lambda: _troubles(link, receiver, buses, recorder)))
         journals: list[Journal] = [line]
         if recorder is not None:
             journals.append(stack.enter_context(recorder))
         if options.until_arrived:
             journals.append(StopOnArrival(stop))
-        source = LiveSource(link, buses, config.timing.rate_hz, clock=clock, stop=stop)
+        source = LiveSource(link, buses, config.timing.rate_hz, clock=clock, stop=stop, aivdm=receiver)
         sink = LinkSink(link, clock)
         last = run_loop(
             source, companion.core, companion.encoder, sink, Journals(journals), time.perf_counter
@@ -86,9 +90,13 @@ def run(options: Namespace) -> int:
     return 0
 
 
-def _troubles(link: MavlinkLink, buses: list[CanBus], recorder: Recorder | None) -> list[str]:
+def _troubles(
+    link: MavlinkLink, receiver: MavlinkLink | None, buses: list[CanBus], recorder: Recorder | None
+) -> list[str]:
     """What is broken around the loop, a few words each."""
     said = [] if link.state in ("up", "closed") else [f"MAVLink {link.state}"]
+    if receiver is not None and receiver.state not in ("up", "closed"):
+        said.append(f"AIS receiver {receiver.state}")
     said += [f"CAN {bus.state}" for bus in buses if bus.state not in ("up", "closed")]
     if recorder is not None and recorder.failed is not None:
         said.append(recorder.failed)

@@ -34,7 +34,7 @@ class Stop(Protocol):
 
 
 class Receiver(Protocol):
-    """A MAVLink link, as far as receiving goes."""
+    """A MAVLink link, or one of an AIS receiver, as far as receiving goes."""
 
     def fileno(self) -> int:
         """To wait on, or -1."""
@@ -93,11 +93,19 @@ class LiveSource:
     """
 
     def __init__(
-        self, mavlink: Receiver, cans: Sequence[CanReceiver], rate_hz: float, *, clock: Clock, stop: Stop
+        self,
+        mavlink: Receiver,
+        cans: Sequence[CanReceiver],
+        rate_hz: float,
+        *,
+        clock: Clock,
+        stop: Stop,
+        aivdm: Receiver | None = None,
     ) -> None:
         self.skipped = 0
         self._mavlink = mavlink
         self._cans = tuple(cans)
+        self._aivdm = aivdm
         self._rate_hz = rate_hz
         self._clock = clock
         self._stop = stop
@@ -122,6 +130,8 @@ class LiveSource:
         frames = self._arrived()  # also when it is late
         while self._clock.now() < due and not self._stop.is_set():
             readers = [self._mavlink.fileno(), *(bus.fileno() for bus in self._cans)]
+            if self._aivdm is not None:
+                readers.append(self._aivdm.fileno())
             self._clock.wait([reader for reader in readers if reader >= 0], due)
             frames += self._arrived()
         return frames
@@ -131,6 +141,10 @@ class LiveSource:
         chunks = self._mavlink.receive()
         now = self._clock.now()
         frames = [Frame(now, Link.MAVLINK, data) for data in chunks]
+        if self._aivdm is not None:
+            sentences = self._aivdm.receive()
+            now = self._clock.now()
+            frames += [Frame(now, Link.AIVDM, data) for data in sentences]
         for bus in self._cans:
             heard = bus.receive()
             now = self._clock.now()

@@ -1,4 +1,4 @@
-"""The link to the autopilot: raw bytes in and out, whatever carries them.
+"""The link to the autopilot, or to an AIS receiver: raw bytes in and out, whatever carries them.
 
 Sockets and pyserial directly.  pymavlink's mavutil would parse every message a second time, keeps
 its session in module globals, prints, and sleeps while it reconnects.
@@ -16,7 +16,7 @@ from companion.edges.serial_port import SerialPort
 from companion.edges.tcp import TcpCaller, TcpListener
 from companion.edges.udp import UdpCaller, UdpListener
 from companion.edges.upkeep import CLOSED, UP, Upkeep
-from companion.errors import LinkError
+from companion.errors import ConfigError, LinkError
 
 _REMEDIES = {
     errno.EADDRINUSE: "another program has this port: stop it, or take another port",
@@ -71,20 +71,23 @@ class MavlinkLink:
         return self._upkeep.state
 
     @classmethod
-    def open(cls, url: str) -> "MavlinkLink":
-        """Open what a connection string names (see `companion.edges.connection`).
+    def open(cls, url: str, key: str = "links.mavlink") -> "MavlinkLink":
+        """Open what a connection string names (see `companion.edges.connection`); `key` is where it stands.
 
         Raises `ConfigError` for a string that is none, `LinkError` with a remedy when it does not open.
         """
-        connection = parse(url)
+        try:
+            connection = parse(url)
+        except ConfigError as error:
+            raise ConfigError(str(error).replace("links.mavlink", key)) from None
         counts: Counter[str] = Counter()
         try:
             return cls(_port(connection, counts), counts)
         except (OSError, ValueError) as error:  # ValueError: pyserial on an impossible baud rate
             code = getattr(error, "errno", None)
             reason = getattr(error, "strerror", None) or str(error)
-            remedy = _REMEDIES.get(code or 0, "check links.mavlink")
-            raise LinkError(f"links.mavlink = {url!r}: {reason}; {remedy}") from None
+            remedy = _REMEDIES.get(code or 0, f"check {key}")
+            raise LinkError(f"{key} = {url!r}: {reason}; {remedy}") from None
 
     def fileno(self) -> int:
         """To wait on; -1 while there is nothing to wait on."""

@@ -15,10 +15,12 @@ A refuted place is remembered as the `ghost`, without a row, so that a rare seco
 busy number is recognised when it speaks again.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from companion.instant import Instant
 from companion.messages import ContactReport
+from companion.picture.forecast import History
 from companion.picture.plausibility import Gate, Judgement, Motion
 from companion.picture.reports import same_measurement
 
@@ -45,6 +47,7 @@ class Hypothesis:
     motion: Motion
     hits: int = 1
     elsewhere: int = 0
+    history: History | None = None  # while somebody watches
 
     @property
     def suspect(self) -> bool:
@@ -64,11 +67,13 @@ class Places:
     held: list[Hypothesis] = field(default_factory=list)
     ghost: Hypothesis | None = None
     shared: bool = False  # two senders under one number
+    newest: Hypothesis | None = None  # the one that took the last report
 
     def take(self, report: ContactReport, gate: Gate) -> Placement:
         """Place a report that has a position."""
         if not self.held:
             self.held.append(Hypothesis(gate.begin(report)))
+            self.newest = self.held[0]
             return Placement.FIRST
         if any(same_measurement(h.report, report) for h in self.held):
             return Placement.DUPLICATE
@@ -84,6 +89,19 @@ class Places:
         self._suspect(Hypothesis(gate.begin(report)))
         return Placement.QUARANTINED
 
+    def move_clock(self, step_ns: int) -> None:
+        """The source's clock was set: all that is known happened `step_ns` later on the new one."""
+        for place in self._known():
+            report = place.report
+            moved = replace(
+                report,
+                received_at=Instant(report.received_at + step_ns),
+                measured_at=Instant(report.measured_at + step_ns),
+            )
+            place.motion = replace(place.motion, report=moved)
+            if place.history is not None:
+                place.history.move_clock(step_ns)
+
     def _known(self) -> list[Hypothesis]:
         return [*self.held, self.ghost] if self.ghost else self.held
 
@@ -93,6 +111,7 @@ class Places:
         if hit.elsewhere and any(not h.suspect for h in others if h.elsewhere < hit.elsewhere):
             self.shared = True
         hit.motion = judgement.motion
+        self.newest = hit
         hit.hits += 1
         hit.elsewhere = 0
         if hit is self.ghost:
@@ -109,6 +128,7 @@ class Places:
         for other in self.held:
             other.elsewhere += 1
         self.held.append(new)
+        self.newest = new
         self._limit()
 
     def _give_up(self, hit: Hypothesis) -> None:

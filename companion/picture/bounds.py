@@ -12,6 +12,8 @@ the newest believed report itself.  What is assumed, in the order of the code:
 - without speed, or without course at speed, anything up to the top speed: a disc;
 - from `validity_s` on anything up to the top speed, whatever was reported: every set then grows on
   all sides at that speed, and the hull may lie any way;
+- with a bounds file, a ship under way strays from its straight prediction as far as recorded ships did
+  (`learned.py`), for ten minutes; a ship at rest drifts as far as they did;
 - a hull never reported is the configured one of its class with the antenna anywhere on it;
 - a heading is within `heading_error_rad` and turns with the course; without one the hull may lie
   any way, as it may for everything that is a disc.  The course does not stand in for a heading.
@@ -22,7 +24,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from companion import config
-from companion.messages import ContactReport, Hull, Model, TargetKind
+from companion.messages import SPREAD_AGES_S, ContactReport, FloatArray, Hull, Model, TargetKind
+from companion.picture.learned import LearnedBounds
 
 # 1/10000 minute in latitude and longitude, half a step each: 0.0926 m times sqrt 2
 QUANTISATION_M = 0.131
@@ -53,9 +56,12 @@ class Assumptions:
     """What the configuration says of ships, turned into bounds."""
 
     contacts: config.Contacts
+    learned: LearnedBounds | None = None
 
-    def of(self, report: ContactReport, hull: Hull | None, kind: TargetKind) -> Bounds:
-        """The bounds that `report` carries."""
+    def of(
+        self, report: ContactReport, hull: Hull | None, kind: TargetKind, spread_m: FloatArray | None = None
+    ) -> Bounds:
+        """The bounds that `report` carries; `spread_m` (K, 3) are those learned, if any."""
         ship = self.contacts
         slow = self.is_slow(report)
         straight = not slow and report.sog_mps is not None and report.cog_rad is not None
@@ -63,7 +69,7 @@ class Assumptions:
         kept_mps = (report.sog_mps or 0.0) + ship.speed_noise_mps if slow or straight else top_mps
         heading_error_rad = ship.heading_error_rad + ship.course_noise_rad
         extent = hull or self._assumed_hull(kind)
-        return Bounds(
+        bounds = Bounds(
             cog_rad=report.cog_rad or 0.0,
             sog_mps=report.sog_mps or 0.0,
             heading_rad=report.heading_rad or 0.0,
@@ -82,6 +88,27 @@ class Assumptions:
             # the report may be older than it says, and then its bounds end sooner
             validity_s=max(ship.validity_s - report.age_error_s, 0.0),
             model=float(Model.STRAIGHT if straight else Model.DISC),
+        )
+        if self.learned is None:
+            return bounds
+        if spread_m is None or not (slow or straight):
+            return bounds
+        learned = self._as_learned(bounds, report, spread_m)
+        # a ship at rest is where it is: its speed foretells nothing
+        return learned._replace(sog_mps=0.0, cog_rad=0.0, model=float(Model.BOX)) if slow else learned
+
+    def _as_learned(self, bounds: Bounds, report: ContactReport, spread_m: FloatArray) -> Bounds:
+        """A learned row; its noise columns say what the spread at the first age amounts to."""
+        assert self.learned is not None
+        first_s = SPREAD_AGES_S[0]
+        ahead_m, astern_m, abeam_m = (float(x) for x in spread_m[0])
+        way_m = max(bounds.sog_mps * first_s, 1.0)
+        return bounds._replace(
+            speed_noise_mps=max(ahead_m, astern_m) / first_s,
+            course_noise_rad=min(math.atan2(abeam_m, way_m), math.radians(89.0)),
+            heading_error_rad=math.pi,
+            validity_s=max(SPREAD_AGES_S[-1] - report.age_error_s, 0.0),
+            model=float(self.learned.model),
         )
 
     def is_slow(self, report: ContactReport) -> bool:

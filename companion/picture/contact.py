@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from companion.messages import ContactReport, Hull, Source, TargetKind
 from companion.picture.association import Places
 from companion.picture.echo import Evidence
+from companion.picture.forecast import Craft
 from companion.picture.identity import Station
 
 
@@ -32,3 +33,8 @@ class Contact:
         self.ship_type = self.ship_type if report.ship_type is None else report.ship_type
         self.name = report.name or self.name
         return before != (self.kind, self.hull, self.ship_type, self.name)
+
+    def craft(self) -> Craft:
+        """What bounds are conditioned on."""
+        length_m = self.hull.bow_m + self.hull.stern_m if self.hull else 0.0
+        return Craft(self.mmsi, self.kind is TargetKind.CLASS_B, self.ship_type, length_m)

@@ -21,7 +21,7 @@ class Station(StrEnum):
     SURVIVOR = "survivor"  # 970 SART, 972 man overboard, 974 EPIRB: afloat and drifting
     COAST = "base station"  # 00MIDxxxx
     AID = "aid to navigation"  # 99MIDxxxx
-    AIRCRAFT = "search and rescue aircraft"  # 111MIDxxx
+    AIRCRAFT = "aircraft"  # 111MIDxxx (search and rescue), and whatever ADS-B tells of
     IMPOSSIBLE = "impossible number"  # more than the 30 bits of the radio message
 
 

@@ -9,22 +9,35 @@ whose bounds change by age alone, and is otherwise the same object as before.
 
 from collections import Counter
 
+import numpy as np
+
 from companion import config
 from companion.geodesy import LocalFrame
-from companion.instant import Instant
-from companion.messages import ContactReport, OwnPosition, Reason, Source, Tracks
+from companion.instant import NS_PER_S, Instant, elapsed_s
+from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, TargetKind, Tracks
+from companion.picture import learned
+from companion.picture.adaptation import Adaptation
+from companion.picture.ageing import REST_MPS
 from companion.picture.area import distance_m, may_enter_at
+from companion.picture.association import Hypothesis, Placement
 from companion.picture.bounds import Assumptions
 from companion.picture.capacity import Room
 from companion.picture.contact import Contact
-from companion.picture.echo import EchoWatch
+from companion.picture.echo import EchoWatch, Evidence
+from companion.picture.forecast import History, Watch
 from companion.picture.identity import Station, may_be_a_ship, station
+from companion.picture.listening import Listening
 from companion.picture.notes import Ledger
+from companion.picture.own_sources import OwnSources
 from companion.picture.plausibility import Gate
 from companion.picture.reports import cleaned, has_position
 from companion.picture.table import NEVER, Row, Table
 
 MOST_CONTACTS = 5000
+CLOCK_STEP_S = 60.0  # a log's clock that goes back by more was set, and not a report that came late
+STEP_TOOK_S = 10.0
+SILENT_S = 180.0
+_BELIEVED = {Placement.FIRST, Placement.CONTINUED, Placement.CONFIRMED}
 
 
 class Picture:
@@ -36,10 +49,23 @@ class Picture:
     are counted and noted, for water with unknown ships in it is not clear.
     """
 
-    def __init__(self, contacts: config.Contacts, most_contacts: int = MOST_CONTACTS) -> None:
-        self._assumptions = Assumptions(contacts)
+    def __init__(
+        self,
+        contacts: config.Contacts,
+        most_contacts: int = MOST_CONTACTS,
+        *,
+        watch: Watch | None = None,
+        surfaced_depth_m: float = 1.0,
+    ) -> None:
+        name = contacts.bounds_file
+        bounds = learned.load(name, contacts.bounds_level) if name else None
+        self._assumptions = Assumptions(contacts, bounds)
+        self.adaptation = Adaptation(bounds) if bounds else None  # scores forecasts, with a bounds file
+        self._watch: Watch | None = watch or self.adaptation
         self._gate = Gate(self._assumptions)
         self._echo = EchoWatch(contacts.own_mmsi)
+        self.listening = Listening(surfaced_depth_m)
+        self.own_sources = OwnSources()
         self._contacts: dict[int, Contact] = {}
         self._most_contacts = most_contacts
         self._touched: set[int] = set()  # rows to be written
@@ -65,14 +91,35 @@ class Picture:
         contact = self._contacts.get(mmsi)
         return dict(contact.heard_from) if contact else {}
 
+    def places_deg(self) -> FloatArray:
+        """(n, 2) latitude and longitude of every contact's newest believed position."""
+        newest = [c.places.held[-1].report for c in self._contacts.values() if c.places.held]
+        return np.array([(r.latitude_deg, r.longitude_deg) for r in newest], dtype=np.float64).reshape(-1, 2)
+
+    def end(self, mmsi: int) -> bool:
+        """The operator says that this contact is no more; False when it was not known."""
+        if mmsi not in self._contacts:
+            return False
+        self._forget(mmsi)
+        self.counts["picture.ended_by_operator"] += 1
+        return True
+
     def observe_own(self, own: OwnPosition) -> None:
         """A position of our own platform, to know our echo by."""
-        self._echo.observe_own(own)
+        self.listening.observe_own(own)
+        if self.own_sources.observe(own):
+            self._echo.observe_own(own)
 
     def observe(self, report: ContactReport) -> None:
         """Take one report, from any source, in any order."""
         self.reports_heard += 1
+        if self.last_heard is not None and elapsed_s(report.received_at, self.last_heard) > CLOCK_STEP_S:
+            self._follow_clock(report.received_at - self.last_heard)
+            self.last_heard = report.received_at
         self.last_heard = max(report.received_at, self.last_heard or report.received_at)
+        if report.kind is TargetKind.AIRCRAFT:  # its number is of another kind than a ship's
+            self.counts[_not_a_ship(Station.AIRCRAFT)] += 1
+            return
         report = cleaned(report, self.counts)
         contact = self._contacts.get(report.mmsi) or self._admit(report)
         if contact is None:
@@ -89,6 +136,11 @@ class Picture:
         placement = contact.places.take(report, self._gate)
         self.counts[placement.value] += 1
         self._touched.add(report.mmsi)
+        if self._watch is not None and placement in _BELIEVED and contact.places.newest is not None:
+            place = contact.places.newest
+            if place.history is None:
+                place.history = History(len(self._watch.ages_s))
+            place.history.take(report, contact.craft(), self._watch)
         for gone in before:
             if gone not in contact.places.held:
                 self.counts["picture.refuted" if gone.suspect else "picture.place_given_up"] += 1
@@ -107,8 +159,7 @@ class Picture:
             self._unjudged |= due
         elif not self._touched:
             return self._last
-        for mmsi in sorted(self._touched):
-            self._write(self._contacts[mmsi], now, frame)
+        self._write([self._contacts[mmsi] for mmsi in sorted(self._touched)], now, frame)
         self._touched.clear()
         self._next_change = self._table.next_change()
         self._last = self._table.tracks()
@@ -119,7 +170,7 @@ class Picture:
         for mmsi in self._unjudged:
             self._ledger.enter(self._contacts[mmsi], now)
         self._unjudged.clear()
-        found = self._ledger.reasons()
+        found = self.own_sources.doubts(now) + self._ledger.reasons()
         left_out = {s: self.counts[_not_a_ship(s)] for s in Station if self.counts[_not_a_ship(s)]}
         if left_out:
             listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
@@ -128,7 +179,37 @@ class Picture:
         if lost:
             text = f"{self._most_contacts} contacts, the most held; far ones left out {lost} times"
             found.append(Reason("picture.full", text))
+        if self.counts["picture.clock_set_back"]:
+            times = self.counts["picture.clock_set_back"]
+            text = f"the clock was set back {times} times; ages went on from there"
+            found.append(Reason("note.clock_set_back", text))
+        if self.adaptation is not None:
+            found += self.adaptation.notes(now)
         return found
+
+    def silent(self, now: Instant) -> list[int]:
+        """The ships under way not heard of for `SILENT_S` in which we listened, in MMSI order."""
+        gone = []
+        for mmsi, contact in sorted(self._contacts.items()):
+            held = contact.places.held
+            if held and (held[-1].report.sog_mps or 0.0) > REST_MPS and not contact.echo.hides(now):
+                since = held[-1].report.measured_at
+                if elapsed_s(since, now) > SILENT_S and self.listening.listened_s(since, now) > SILENT_S:
+                    gone.append(mmsi)
+        return gone
+
+    def _follow_clock(self, step_ns: int) -> None:
+        """The source's clock was set back: every instant known moves with it, and ages go on.
+
+        How long that took nobody knows; `STEP_TOOK_S` are taken for it.
+        """
+        step_ns -= round(STEP_TOOK_S * NS_PER_S)
+        self.counts["picture.clock_set_back"] += 1
+        for contact in self._contacts.values():
+            contact.echo = Evidence(genuine=contact.echo.genuine, confirmed=contact.echo.confirmed)
+            contact.places.move_clock(step_ns)
+        self._touched.update(self._contacts)
+        self._unjudged.update(self._contacts)
 
     def _admit(self, report: ContactReport) -> Contact | None:
         """A contact for a number not known yet, unless it is no ship or there is no room."""
@@ -142,24 +223,46 @@ class Picture:
                 self.counts["picture.refused_when_full"] += 1
                 return None
             self.counts["picture.evicted_when_full"] += 1
-            self._resize(gone, 0)
-            self._touched.discard(gone)
-            self._unjudged.discard(gone)
-            self._ledger.strike(gone)
-            del self._contacts[gone]
+            self._forget(gone)
         contact = self._contacts[report.mmsi] = Contact(report.mmsi, sender)
         return contact
 
-    def _write(self, contact: Contact, now: Instant, frame: LocalFrame) -> None:
-        held = contact.places.held
-        slots = self._resize(contact.mmsi, len(held))
-        for slot, place in zip(slots, held, strict=True):
-            self._table.write(slot, self._row(contact, place.report, now, frame))
+    def _forget(self, mmsi: int) -> None:
+        self._resize(mmsi, 0)
+        self._touched.discard(mmsi)
+        self._unjudged.discard(mmsi)
+        self._ledger.strike(mmsi)
+        del self._contacts[mmsi]
+        self._next_change = Instant(-(2**62))  # the rows are told anew
 
-    def _row(self, contact: Contact, report: ContactReport, now: Instant, frame: LocalFrame) -> Row:
+    def _write(self, touched: list[Contact], now: Instant, frame: LocalFrame) -> None:
+        """Tell the rows of `touched` anew; what takes numpy is done for all of them at once."""
+        places = [(contact, place) for contact in touched for place in contact.places.held]
+        latitude = np.array([place.report.latitude_deg for _, place in places], dtype=np.float64)
+        longitude = np.array([place.report.longitude_deg for _, place in places], dtype=np.float64)
+        north, east = frame.to_local_many(latitude, longitude) if places else (latitude, longitude)
+        spreads = self._spreads_m([place for _, place in places])
+        at = 0
+        for contact in touched:
+            for slot in self._resize(contact.mmsi, len(contact.places.held)):
+                place = places[at][1]
+                row = self._row(contact, place, now, frame, (float(north[at]), float(east[at])), spreads[at])
+                self._table.write(slot, row)
+                at += 1
+
+    def _row(
+        self,
+        contact: Contact,
+        place: Hypothesis,
+        now: Instant,
+        frame: LocalFrame,
+        local_m: tuple[float, float],
+        spread: FloatArray | None,
+    ) -> Row:
+        report = place.report
         assert report.latitude_deg is not None
         assert report.longitude_deg is not None
-        bounds = self._assumptions.of(report, contact.hull, contact.kind)
+        bounds = self._assumptions.of(report, contact.hull, contact.kind, spread)
         hull_m = max(bounds.bow_m, bounds.stern_m) + max(bounds.port_m, bounds.starboard_m)
         range_m = distance_m(
             frame.latitude_deg, frame.longitude_deg, report.latitude_deg, report.longitude_deg
@@ -170,10 +273,9 @@ class Picture:
             hull_m + bounds.position_error_m,
             self._assumptions.top_speed_mps(report),
         )
-        hidden = contact.echo.hides(now)
-        shown = (enters_at is None or enters_at <= now) and not hidden
+        shown = (enters_at is None or enters_at <= now) and not contact.echo.hides(now)
         # a place beyond the horizon has no coordinates on the tangent plane, and needs none
-        north_m, east_m = frame.to_local(report.latitude_deg, report.longitude_deg) if shown else (0.0, 0.0)
+        north_m, east_m = local_m if shown else (0.0, 0.0)
         turns = (enters_at, contact.echo.hidden_until)
         return Row(
             mmsi=contact.mmsi,
@@ -183,8 +285,40 @@ class Picture:
             bounds=bounds,
             name=contact.name,
             shown=shown,
+            spread_m=() if spread is None else tuple(spread.ravel().tolist()),
             changes_at=min((t for t in turns if t is not None and t > now), default=NEVER),
         )
+
+    def _spreads_m(self, places: list[Hypothesis]) -> list[FloatArray | None]:
+        """(K, 3) for each place: how far recorded ships like it strayed; None where that is not known."""
+        found: list[FloatArray | None] = [None] * len(places)
+        bounds, adaptation = self._assumptions.learned, self.adaptation
+        if bounds is None or adaptation is None:
+            return found
+        rest, way = [], []
+        for i, place in enumerate(places):
+            forecast = place.history.newest if place.history else None
+            if self._assumptions.is_slow(place.report):
+                rest.append(i)
+            elif forecast is not None and forecast.fix.is_under_way:
+                way.append((i, forecast))
+        for_these = [i for i, _ in way]
+        if rest:
+            for i, spread in zip(rest, bounds.at_rest_m(*self._speeds(places, rest)), strict=True):
+                found[i] = spread
+        if way:
+            features = np.array([forecast.features for _, forecast in way])
+            raised = np.array([adaptation.raised(forecast.sort) for _, forecast in way])
+            spreads = bounds.spread_m(features, raised, *self._speeds(places, for_these))
+            for i, spread in zip(for_these, spreads, strict=True):
+                found[i] = spread
+        return found
+
+    def _speeds(self, places: list[Hypothesis], rows: list[int]) -> tuple[FloatArray, FloatArray]:
+        """(n,) speed reported and top speed."""
+        reports = [places[i].report for i in rows]
+        top = [self._assumptions.top_speed_mps(report) for report in reports]
+        return np.array([report.sog_mps or 0.0 for report in reports]), np.array(top)
 
     def _resize(self, mmsi: int, wanted: int) -> list[int]:
         slots = self._slots.setdefault(mmsi, [])

@@ -5,12 +5,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from companion.instant import Instant
-from companion.messages import FloatArray, IntArray, Tracks
+from companion.messages import SPREAD_AGES_S, FloatArray, IntArray, Tracks
 from companion.picture.bounds import Bounds
 
 NEVER = Instant(2**63 - 1)
 _COLUMNS = ("north_m", "east_m", *Bounds._fields)
 _MODEL = _COLUMNS.index("model")
+_SPREAD = (len(SPREAD_AGES_S), 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class Row:
     name: str
     shown: bool
     changes_at: Instant = field(compare=False)
+    spread_m: tuple[float, ...] = ()  # of `Tracks.spread_m`, flat; empty for other models
 
 
 class Table:
@@ -38,6 +40,7 @@ class Table:
         self._rows: list[Row | None] = []
         self._values = np.zeros((len(_COLUMNS), 64))
         self._whole = np.zeros((2, 64), dtype=np.int64)  # mmsi, measured_at
+        self._spread: FloatArray | None = None  # (slots, 4, 3) once a row has one
         self._changes_at = np.full(64, NEVER, dtype=np.int64)
         self._order: IntArray | None = None
         self._revision = 0
@@ -53,6 +56,8 @@ class Table:
             self._values = np.concatenate((self._values, np.zeros((len(_COLUMNS), more))), axis=1)
             self._whole = np.concatenate((self._whole, np.zeros((2, more), dtype=np.int64)), axis=1)
             self._changes_at = np.concatenate((self._changes_at, np.full(more, NEVER, dtype=np.int64)))
+            if self._spread is not None:
+                self._spread = np.concatenate((self._spread, np.zeros((more, *_SPREAD))))
         return len(self._rows) - 1
 
     def write(self, slot: int, row: Row) -> None:
@@ -69,6 +74,10 @@ class Table:
         if row.shown and row != old:
             self._values[:, slot] = (row.north_m, row.east_m, *row.bounds)
             self._whole[:, slot] = (row.mmsi, row.measured_at)
+            if row.spread_m and self._spread is None:
+                self._spread = np.zeros((len(self._changes_at), *_SPREAD))
+            if self._spread is not None:
+                self._spread[slot] = np.reshape(row.spread_m, _SPREAD) if row.spread_m else 0.0
             self._stale = True
 
     def release(self, slot: int) -> None:
@@ -104,7 +113,8 @@ class Table:
         values = np.take(self._values, self._order, axis=1)
         whole = np.take(self._whole, self._order, axis=1)
         model = values[_MODEL].astype(np.int64)
-        for array in (values, whole, model):
+        spread = np.empty((len(model), 0, 3)) if self._spread is None else self._spread[self._order]
+        for array in (values, whole, model, spread):
             array.flags.writeable = False
         columns: dict[str, FloatArray] = dict(zip(_COLUMNS, values, strict=True))
         del columns["model"]
@@ -113,6 +123,7 @@ class Table:
             mmsi=whole[0],
             measured_at_ns=whole[1],
             model=model,
+            spread_m=spread,
             names=tuple(row.name for slot in self._order if (row := self._rows[slot])),
             **columns,
         )

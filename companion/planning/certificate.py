@@ -96,7 +96,7 @@ def enclose(content: bytes, certificate: Certificate) -> tuple[float, float]:
     """Bounds of learned minus true support per metre of reach, over all directions and noises."""
     constants = float_constants(content)
     count = sum(1 for name in constants if name.startswith("weight"))
-    layers = [(constants[f"weight{i}"], constants[f"bias{i}"]) for i in range(count)]
+    layers = [(constants[f"weight{i}"], constants[f"bias{i}"].ravel()) for i in range(count)]
     widest, k = certificate.course_noise_max_rad, certificate.grid
     if not layers or layers[-1][0].shape[1] != k:
         raise ValueError(f"weights for {k} directions not found")

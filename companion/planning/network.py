@@ -32,6 +32,7 @@ from companion.planning.rows import COLUMNS, ContactRows
 SPEED, SPEED_NOISE, HEADING_ERROR = map(COLUMNS.index, ("speed_mps", "speed_noise_mps", "heading_error_rad"))
 INPUT = "contacts"
 OUTPUTS = ["distance_m", "away", "repulsion"]
+MOST_AT_ONCE = 1000  # rows whose intermediate numbers still fit the processor's cache
 
 
 def open_session(content: bytes, origin: str) -> ort.InferenceSession:
@@ -48,6 +49,19 @@ def open_session(content: bytes, origin: str) -> ort.InferenceSession:
         raise ModelError(
             f"repulsion.model = '{origin}': onnxruntime cannot read it ({reason}); {REMEDY}"
         ) from None
+
+
+def infer(session: ort.InferenceSession, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Distance (n,), away (n, 2) and repulsion (n, 2) of rows (n, 15): one call, or one per thousand rows."""
+    parts = [
+        session.run(OUTPUTS, {INPUT: rows[first : first + MOST_AT_ONCE]})
+        for first in range(0, max(len(rows), 1), MOST_AT_ONCE)
+    ]
+    if len(parts) == 1:
+        distance, away, velocity = parts[0]
+    else:
+        distance, away, velocity = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return distance, away, velocity
 
 
 class NetworkRepulsion:
@@ -107,5 +121,4 @@ class NetworkRepulsion:
 
     def run(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The network itself: rows (n, 15) to distance (n,), away (n, 2), repulsion (n, 2)."""
-        distance, away, velocity = self._session.run(OUTPUTS, {INPUT: rows})
-        return distance, away, velocity
+        return infer(self._session, rows)

@@ -53,7 +53,7 @@ class Rehearsal:
         everyone = only(tracks, np.tile(np.arange(m * k).reshape(m, k), (1, cast)).ravel())
         closest, arrived = self._play(everyone, now, np.repeat(position_m, cast, axis=0), goal_m)
         keep_m = self._config.field.delta_m + MARGIN_M
-        safe = np.all((arrived & (closest >= keep_m)).reshape(m, cast), axis=1)
+        safe: BoolArray = np.all((arrived & (closest >= keep_m)).reshape(m, cast), axis=1)
         return Rehearsed(safe, closest.reshape(m, cast).min(axis=1))
 
     def _play(

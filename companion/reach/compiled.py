@@ -16,7 +16,7 @@ from companion.errors import ConfigError
 from companion.messages import FloatArray
 from companion.reach.arcs import Arcs
 from companion.reach.interface import Distances
-from companion.reach.kernel import Kernel, nearest
+from companion.reach.kernel import LEAST_M, Kernel, nearest
 
 BLOCK = 64  # first all best edges, then all distances: the processor overlaps either, not both
 
@@ -91,7 +91,7 @@ def loop(
             across = most[k] + radius
             length = sqrt(across * across + run * run)
             distance = length - radius
-            if most[k] <= 0:  # inside all tangent lines: the shallowest edge, or an arc met radially
+            if most[k] <= LEAST_M:  # inside all tangent lines: the shallowest edge, or an arc met radially
                 distance, across, run, length = most[k], 1.0, 0.0, 1.0
                 for j in range(edges.shape[1]):
                     e, s = edges[c, j], ends[c, j]
@@ -101,7 +101,7 @@ def loop(
                     if w < 0 or u * s[15] < w * s[14]:
                         continue
                     reach = sqrt(u * u + w * w)
-                    if reach > 0 and reach - radius > distance:
+                    if reach > LEAST_M and reach - radius > distance:
                         distance, across, run, length, t = reach - radius, u, w, reach, s
             out[0, i] = distance
             out[1, i] = (across * t[0] - run * t[1]) / length

@@ -12,6 +12,8 @@ from companion.messages import FloatArray, IntArray
 from companion.reach.arcs import Arcs
 from companion.reach.interface import Distances
 
+LEAST_M = 1e-150  # a distance whose square is still a number; below it a point counts as inside
+
 Kernel = Callable[[Arcs, FloatArray, FloatArray, FloatArray, FloatArray], Distances]
 
 
@@ -30,7 +32,7 @@ def nearest(arcs: Arcs, r1: FloatArray, r2: FloatArray, north: FloatArray, east:
     radius = np.where(along > pieces[1], pieces[3], pieces[2])
     out = edge + radius
     length = np.sqrt(out * out + run * run)
-    inside = np.flatnonzero(edge <= 0)
+    inside = np.flatnonzero(edge <= LEAST_M)
     if inside.size:
         length[inside] = 1.0
     distance = length - radius
@@ -72,7 +74,8 @@ def _within(
     centre, radius = t[3:6:2] + r1 * t[7:10:2] + r2 * t[11:14:2]
     out, run = over + radius, t[0] * east - t[1] * north - centre
     length = np.sqrt(out * out + run * run)
-    met = (run >= 0) & (out * arcs.sin_width.take(flat) >= run * arcs.cos_width.take(flat)) & (length > 0)
+    before_next = out * arcs.sin_width.take(flat) >= run * arcs.cos_width.take(flat)
+    met = (run >= 0) & before_next & (length > LEAST_M)
     radial = np.where(met, length - radius, -np.inf)
     edge, arc = over.argmax(axis=0), radial.argmax(axis=0)
     points = np.arange(len(north))

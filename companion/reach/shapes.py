@@ -11,6 +11,7 @@ from companion.messages import FloatArray, IntArray, Model, Tracks
 from companion.reach.disc import disc_shapes
 from companion.reach.interface import Shapes
 from companion.reach.kernel import Kernel
+from companion.reach.spread import spread_shapes
 from companion.reach.straight import straight_shapes
 from companion.reach.turning import turning_shapes
 
@@ -18,6 +19,8 @@ MODELS: dict[Model, Callable[[Tracks, Kernel], Shapes]] = {
     Model.STRAIGHT: straight_shapes,
     Model.DISC: disc_shapes,
     Model.TURNING: turning_shapes,
+    Model.KITE: spread_shapes,
+    Model.BOX: spread_shapes,
 }
 
 

@@ -21,6 +21,7 @@ _NO_REPULSION = b"no repulsion"
 def tracks_record(tracks: Tracks) -> TracksRecord:
     """The contacts as plain columns."""
     columns = {name: getattr(tracks, name).tolist() for name in _COLUMNS}
+    columns["spread_m"] = tracks.spread_m.tolist() if tracks.spread_m.size else []
     return TracksRecord(revision=tracks.revision, names=tracks.names, **columns)
 
 

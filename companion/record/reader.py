@@ -150,6 +150,8 @@ class _Open:
         match topic:
             case Topic.MAVLINK_IN:
                 self._frames.append(Frame(stamp, Link.MAVLINK, _decode(data, Bytes).data))
+            case Topic.AIVDM_IN:
+                self._frames.append(Frame(stamp, Link.AIVDM, _decode(data, Bytes).data))
             case Topic.CAN_IN:
                 frame = _decode(data, CanFrame)
                 self._frames.append(Frame(stamp, Link.CAN, frame.data, frame.can_id))

@@ -7,6 +7,7 @@ the bytes sent, and how long it took; what is absent was not available.
     /session      once, first: schema version, software, configuration, the model file's digest
     /mavlink/in   {"data": base64}            bytes of one read of the link; log_time = arrival
     /can/in       {"can_id": n, "data": ...}  one CAN frame; log_time = arrival
+    /aivdm/in     {"data": base64}            bytes of one read of an AIS receiver's sentences
     /tick         closes the frames of one turn of the loop
     /tracks       all contacts as columns, whenever their revision changes
     /decision     what was decided, and why; `digest` covers the complete arrays
@@ -33,6 +34,7 @@ class Topic(StrEnum):
     SESSION = "/session"
     MAVLINK_IN = "/mavlink/in"
     CAN_IN = "/can/in"
+    AIVDM_IN = "/aivdm/in"
     TICK = "/tick"
     TRACKS = "/tracks"
     DECISION = "/decision"
@@ -153,6 +155,7 @@ class TracksRecord(Record, frozen=True):
     turn_rate_radps: list[float] = []
     turn_rate_error_radps: list[float] = []
     draught_m: list[float | None] = []
+    spread_m: list[list[list[float]]] = []
 
 
 class Timing(Record, frozen=True):
@@ -165,6 +168,7 @@ RECORDS: dict[Topic, type[Record]] = {
     Topic.SESSION: Session,
     Topic.MAVLINK_IN: Bytes,
     Topic.CAN_IN: CanFrame,
+    Topic.AIVDM_IN: Bytes,
     Topic.TICK: TickRecord,
     Topic.TRACKS: TracksRecord,
     Topic.DECISION: DecisionRecord,

@@ -157,7 +157,8 @@ class Recorder:
         if frame.link is Link.CAN:
             self._add(Topic.CAN_IN, frame.stamp, CanFrame(can_id=frame.can_id, data=frame.data), self._frames)
         else:
-            self._add(Topic.MAVLINK_IN, frame.stamp, Bytes(data=frame.data), self._frames)
+            topic = Topic.AIVDM_IN if frame.link is Link.AIVDM else Topic.MAVLINK_IN
+            self._add(topic, frame.stamp, Bytes(data=frame.data), self._frames)
         self._frames += 1
 
     def _add(self, topic: Topic, t: Instant, record: Record, sequence: int = 0) -> None:

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from companion.messages import (
     Command,
     CommandAck,
+    ContactReport,
     Frame,
     Heard,
     Heartbeat,
@@ -19,7 +20,7 @@ from companion.messages import (
     StatusText,
     UtcTime,
 )
-from companion.wire import ais_vessel, autopilot, vehicle_position
+from companion.wire import adsb_vehicle, ais_vessel, autopilot, vehicle_position
 from companion.wire.ais_vessel import AisQuirk
 from companion.wire.mavlink_frames import MavlinkFrames, Packet, fields
 from companion.wire.vehicle_position import VehiclePosition
@@ -34,6 +35,7 @@ _POSITION_IDS = frozenset(
         vehicle_position.GPS_GLOBAL_ORIGIN,
     )
 )
+_CONTACTS = {ais_vessel.AIS_VESSEL, adsb_vehicle.ADSB_VEHICLE}
 _FROM_AUTOPILOT = _POSITION_IDS | {HEARTBEAT, SYSTEM_TIME, COMMAND_ACK, STATUSTEXT}
 _UTC_US = range(946_684_800_000_000, 4_102_444_800_000_000)  # 2000 to 2100: others were never set
 
@@ -69,7 +71,7 @@ class MavlinkDecoder:
         """What the messages completed by this frame say, in order."""
         heard = []
         for packet in self._frames.push(frame.stamp, frame.data):
-            if packet.message_id not in _FROM_AUTOPILOT and packet.message_id != ais_vessel.AIS_VESSEL:
+            if packet.message_id not in _FROM_AUTOPILOT and packet.message_id not in _CONTACTS:
                 continue
             message = self._read(packet, frame)
             if message is not None:
@@ -86,13 +88,18 @@ class MavlinkDecoder:
         if packet.component_id == self._component_id:
             self.counts["mavlink.own_component"] += 1
             return None
-        if packet.message_id == ais_vessel.AIS_VESSEL:
-            return ais_vessel.read(field, frame.stamp, self._quirk, self.counts)
+        if packet.message_id in _CONTACTS:
+            return self._contact(packet, field, frame)
         if packet.component_id != autopilot.AUTOPILOT_COMPONENT:
             return None
         if packet.message_id in _POSITION_IDS:
             return self._position.hear(packet.message_id, field, frame.stamp)
         return self._said(packet, field, frame)
+
+    def _contact(self, packet: Packet, field: dict[str, Any], frame: Frame) -> ContactReport | None:
+        if packet.message_id == adsb_vehicle.ADSB_VEHICLE:
+            return adsb_vehicle.read(field, frame.stamp, self.counts)
+        return ais_vessel.read(field, frame.stamp, self._quirk, self.counts)
 
     def _follow(self, packet: Packet, field: dict[str, Any]) -> None:
         if autopilot.is_autopilot(packet.component_id, field):

@@ -104,6 +104,7 @@ class Nmea2000Decoder:
             longitude_deg=position[1],
             velocity_ned_mps=(*velocity[1], 0.0) if velocity and _is_fresh(velocity[0], stamp) else None,
             heading_rad=heading[1] if heading and _is_fresh(heading[0], stamp) else None,
+            talker=talker,
         )
 
 

@@ -1,6 +1,7 @@
 """The options of `companion study guard` and `endurance`, apart so that the command starts fast."""
 
 import argparse
+from pathlib import Path
 
 from sitl.studies.options import add_campaign
 
@@ -33,4 +34,20 @@ def add_guard(p: argparse.ArgumentParser) -> None:
         choices=("half-space", "none"),
         default=["half-space", "none"],
         help="rows beside the guard's; half-space needs the extra study (%(default)s)",
+    )
+
+
+def add_endurance(p: argparse.ArgumentParser) -> None:
+    """`companion study endurance`."""
+    p.add_argument("--seed", type=int, default=1, help="of the ships' noise and phases (%(default)s)")
+    p.add_argument("--channels", type=int, default=6, metavar="N", help="in a row (%(default)s)")
+    p.add_argument(
+        "--policies",
+        nargs="+",
+        default=["decided", "every 600 s", "every 1200 s"],
+        metavar="NAME",
+        help="decided, 'every 600 s', 'every 1200 s' (all)",
+    )
+    p.add_argument(
+        "--out", type=Path, default=Path("runs") / "study-endurance", metavar="DIR", help="(%(default)s)"
     )

@@ -19,7 +19,14 @@ from companion.planning.guard import Guard, Velocity, Verdict
 from companion.reach.kernel import Kernel, nearest
 from sitl.closest import to_hulls
 from sitl.studies.lanes_picture import Lanes
-from sitl.vehicle import Demand, Dynamics, KinematicBoat, KinematicSubmarine, Limits, VehicleState
+from sitl.vehicle import (
+    Demand,
+    Dynamics,
+    KinematicBoat,
+    KinematicSubmarine,
+    Limits,
+    VehicleState,
+)
 
 PLANNERS: tuple["PlannerKind", ...] = ("random", "adversarial", "frozen", "bow", "nan", "silent")
 PlannerKind = Literal["random", "adversarial", "frozen", "bow", "nan", "silent"]

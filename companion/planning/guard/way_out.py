@@ -38,10 +38,6 @@ class WayOut:
         """Of the run."""
         return math.hypot(*self.velocity_mps)
 
-    def left_s(self, now: Instant) -> float:
-        """Seconds until it shall stop."""
-        return max(self.stop_s - elapsed_s(self.begin, now), 0.0)
-
     def position_m(self, now: Instant) -> tuple[float, float]:
         """Where the vehicle shall be now."""
         t = elapsed_s(self.begin, now)

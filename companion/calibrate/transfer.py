@@ -1,0 +1,60 @@
+"""Bounds from one water on another: coverage as it comes, with and without adaptation."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from companion.calibrate.dataset import Collector, collect
+from companion.instant import elapsed_s
+from companion.messages import SPREAD_AGES_S, Heard
+from companion.picture.adaptation import Adaptation
+from companion.picture.forecast import Outcome
+from companion.picture.learned import LearnedBounds
+
+WARM_UP_S = 1800.0
+
+
+@dataclass(frozen=True, slots=True)
+class Transfer:
+    """One age on the other water; NaN where nothing was scored."""
+
+    age_s: float
+    scored: int
+    fixed: float  # coverage of the file's sets as they are
+    adapted: float  # with adaptation, all outcomes
+    scored_late: int
+    adapted_late: float  # with adaptation, after the first half hour
+
+
+def transfer(bounds: LearnedBounds, heard: Iterable[Heard]) -> list[Transfer]:
+    """Score every outcome of `heard` in the order it happened."""
+    collector = Collector(SPREAD_AGES_S)
+    collect(heard, collector)
+    return replayed(bounds, collector.outcomes)
+
+
+def replayed(bounds: LearnedBounds, outcomes: list[Outcome]) -> list[Transfer]:
+    """The same from collected outcomes at the stated ages."""
+    under_way = [o for o in outcomes if o.forecast.fix.is_under_way]
+    under_way.sort(key=lambda o: o.at)
+    adaptation = Adaptation(bounds)
+    tallies = [[0, 0, 0, 0, 0] for _ in SPREAD_AGES_S]  # scored, fixed, adapted, late, late adapted
+    for outcome in under_way:
+        tally = tallies[outcome.watch]
+        cell = outcome.forecast.sort, outcome.watch
+        score = bounds.score(
+            outcome.forecast.features, outcome.watch, outcome.age_s, outcome.ahead_m, outcome.aside_m
+        )
+        missed = adaptation.missed[cell]
+        adaptation.take(outcome)
+        held = adaptation.missed[cell] == missed
+        late = elapsed_s(under_way[0].at, outcome.at) >= WARM_UP_S
+        for i, one in enumerate((True, score <= 0.0, held, late, late and held)):
+            tally[i] += one
+    return [
+        Transfer(age, n, _share(fixed, n), _share(adapted, n), late, _share(good, late))
+        for age, (n, fixed, adapted, late, good) in zip(SPREAD_AGES_S, tallies, strict=True)
+    ]
+
+
+def _share(part: int, whole: int) -> float:
+    return part / whole if whole else float("nan")

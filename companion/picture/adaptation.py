@@ -1,0 +1,104 @@
+"""Bounds that learn at run time: adaptive conformal inference, one controller per sort of ship and age.
+
+Every outcome is scored against the set that foretold it.  A miss raises the logarithm of that sort's sets
+at that age by `rate * level`, a hit lowers it by `rate * (1 - level)`: whatever the water is like, the share
+of hits tends to the level (quantile tracking; Gibbs and Candes 2021, Angelopoulos et al. 2023).
+Forecasts of one ship overlap, ten minutes long more than one minute, so the rate falls with the age.
+"""
+
+from collections import Counter, deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.instant import Instant, elapsed_s
+from companion.messages import SPREAD_AGES_S, FloatArray, Reason
+from companion.picture.forecast import SORTS, Outcome
+from companion.picture.learned import LearnedBounds
+
+RATE = 0.1  # at the shortest age, in natural logarithms of size
+LOWEST, HIGHEST = -1.0, 3.0
+SHOWN_S = 60.0  # how long a miss stays an event
+MOST_EVENTS = 50
+ENOUGH, SHORTFALL = 200, 0.05  # outcomes; how far below the level is a doubt
+
+
+@dataclass(frozen=True, slots=True)
+class Miss:
+    """A report outside the set that should have held it."""
+
+    at: Instant
+    mmsi: int
+    age_s: float
+    ahead_m: float
+    aside_m: float
+
+    def text(self) -> str:
+        """For a person."""
+        way = "ahead" if self.ahead_m >= 0 else "astern"
+        side = "starboard" if self.aside_m >= 0 else "port"
+        return (
+            f"MMSI {self.mmsi} left its set of {self.age_s:.0f} s ago: "
+            f"{abs(self.ahead_m):.0f} m {way}, {abs(self.aside_m):.0f} m to {side}"
+        )
+
+
+class Adaptation:
+    """Scores outcomes, raises or lowers the sets, and knows the running coverage."""
+
+    def __init__(self, bounds: LearnedBounds) -> None:
+        self._bounds = bounds
+        self._raised = np.zeros((len(SORTS), len(SPREAD_AGES_S)))
+        self._misses: deque[Miss] = deque(maxlen=MOST_EVENTS)
+        self.scored: Counter[tuple[int, int]] = Counter()  # (sort, age) -> outcomes
+        self.missed: Counter[tuple[int, int]] = Counter()
+
+    @property
+    def ages_s(self) -> tuple[float, ...]:
+        """See `Watch`."""
+        return SPREAD_AGES_S
+
+    def raised(self, sort: int) -> FloatArray:
+        """(K,) what is added to the quantiles of a sort of ship."""
+        return np.array(self._raised[sort])
+
+    def take(self, outcome: Outcome) -> None:
+        """Score one outcome of a ship that was under way."""
+        if not outcome.forecast.fix.is_under_way:
+            return
+        cell = outcome.forecast.sort, outcome.watch
+        score = self._bounds.score(
+            outcome.forecast.features, outcome.watch, outcome.age_s, outcome.ahead_m, outcome.aside_m
+        )
+        missed = score > self._raised[cell]
+        rate = RATE * SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch]
+        step = rate * (float(missed) - (1.0 - self._bounds.level))
+        self._raised[cell] = min(max(self._raised[cell] + step, LOWEST), HIGHEST)
+        self.scored[cell] += 1
+        if missed:
+            self.missed[cell] += 1
+            self._misses.append(
+                Miss(outcome.at, outcome.mmsi, outcome.age_s, outcome.ahead_m, outcome.aside_m)
+            )
+
+    def coverage(self, sort: int | None = None, age: int | None = None) -> tuple[float, int]:
+        """Share of outcomes inside their sets, and how many there were; NaN for none."""
+        cells = [c for c in self.scored if (sort is None or c[0] == sort) and (age is None or c[1] == age)]
+        scored = sum(self.scored[c] for c in cells)
+        missed = sum(self.missed[c] for c in cells)
+        return (1.0 - missed / scored if scored else float("nan")), scored
+
+    def notes(self, now: Instant) -> list[Reason]:
+        """The running coverage, and the newest miss."""
+        share, scored = self.coverage()
+        if not scored:
+            return []
+        wanted = self._bounds.level
+        text = f"{100 * share:.1f} % of {scored} forecasts held, wanted {100 * wanted:g} %"
+        low = scored >= ENOUGH and share < wanted - SHORTFALL
+        notes = [Reason("picture.coverage_low" if low else "note.coverage", text)]
+        fresh = [m for m in self._misses if 0.0 <= elapsed_s(m.at, now) <= SHOWN_S]
+        if fresh:
+            more = f" and {len(fresh) - 1} more" if len(fresh) > 1 else ""
+            notes.append(Reason("note.outside_set", fresh[-1].text() + more))
+        return notes

@@ -1,0 +1,178 @@
+"""What a ship's own reports say of how it moves: the numbers that bounds are conditioned on.
+
+Some ships hold their course for hours, some shuttle and turn all day, and each is recognised by what it
+did before.  *Deviation* is how far a ship was from where its present course and speed, run backward, put
+it, per second: 0 for a straight steady run.  It is taken over a report at least `BACK_S` old, so that a
+transponder heard every two seconds and one heard every minute are measured alike.
+"""
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+from companion.instant import Instant, elapsed_s
+from companion.messages import ContactReport
+from companion.picture.area import offset_m
+
+BACK_S, TOO_LONG_S = 45.0, 600.0
+KEPT_EVERY_S = 20.0
+UNDER_WAY_MPS = 0.5
+AT_REST_MPS = 0.3
+MEAN_MEMORY_S, WORST_MEMORY_S = 900.0, 1800.0
+LARGEST_MPS = 3.0  # deviations above are all alike: wild
+
+FEATURES = (
+    "log_speed",  # ln((sog + 0.5 m/s) / 4 m/s)
+    "no_history",  # 1 when nothing was heard 45 to 600 s before
+    "log_deviation",  # ln of the last deviation + 0.05 m/s, over 0.15 m/s
+    "turn_deg_per_s",  # of the course since then, 0 to 1
+    "acceleration",  # of the speed since then, per 0.05 m/s2, 0 to 1.5
+    "log_under_way",  # ln((time under way + 60 s) / 600 s)
+    "no_heading",  # 1 when the heading is not reported
+    "shuttle",  # 1 for pilots, rescue, port tenders, law enforcement, passenger ships
+    "merchant",  # 1 for cargo ships and tankers
+    "log_mean_deviation",  # as log_deviation, mean over some 15 minutes
+    "log_worst_deviation",  # the worst, fading over 30 minutes, over 0.3 m/s
+    "log_fastest",  # as log_speed, of the greatest speed, fading over 30 minutes
+    "log_heard",  # ln((time since the first report + 60 s) / 600 s)
+    "class_b",  # 1 for a class B transponder
+    "log_length",  # ln(length / 50 m), 0 while not known
+)
+Features = tuple[float, ...]
+
+
+class Fix(NamedTuple):
+    """One believed report, as much of it as is looked back upon."""
+
+    at: Instant
+    latitude_deg: float
+    longitude_deg: float
+    sog_mps: float | None
+    cog_rad: float | None
+
+    @classmethod
+    def of(cls, report: ContactReport) -> "Fix":
+        """The position must be there."""
+        assert report.latitude_deg is not None
+        assert report.longitude_deg is not None
+        course = report.cog_rad if report.sog_mps is not None else None
+        return cls(report.measured_at, report.latitude_deg, report.longitude_deg, report.sog_mps, course)
+
+    @property
+    def is_under_way(self) -> bool:
+        """Fast enough for its course to mean something, and both known."""
+        return self.sog_mps is not None and self.sog_mps >= UNDER_WAY_MPS and self.cog_rad is not None
+
+    def strayed_m(self, later: "Fix") -> tuple[float, float]:
+        """How far ahead and to starboard of this fix's straight prediction a later one is.
+
+        A ship not under way is predicted to stay; "ahead" is then north.
+        """
+        sog, cog = (self.sog_mps or 0.0, self.cog_rad or 0.0) if self.is_under_way else (0.0, 0.0)
+        north, east = offset_m(self.latitude_deg, self.longitude_deg, later.latitude_deg, later.longitude_deg)
+        cos, sin = math.cos(cog), math.sin(cog)
+        return north * cos + east * sin - sog * elapsed_s(self.at, later.at), east * cos - north * sin
+
+
+class Behaviour:
+    """The memory of one ship's motion, from its reports in the order they were measured."""
+
+    __slots__ = ("_fastest", "_first", "_last", "_mean", "_past", "_recent", "_under_way_since", "_worst")
+
+    def __init__(self) -> None:
+        self._past: deque[Fix] = deque()  # no closer than KEPT_EVERY_S, the last TOO_LONG_S
+        self._first: Instant | None = None
+        self._last: Instant | None = None
+        self._under_way_since: Instant | None = None
+        self._recent: tuple[float, float, float] | None = None  # deviation, turn, acceleration
+        self._mean: float | None = None
+        self._worst = 0.0
+        self._fastest = 0.0
+
+    def take(self, fix: Fix) -> None:
+        """Take the next report."""
+        since = 0.0 if self._last is None else max(elapsed_s(self._last, fix.at), 0.0)
+        self._first = fix.at if self._first is None else self._first
+        self._last = fix.at
+        self._fastest = max(self._fastest * math.exp(-since / WORST_MEMORY_S), fix.sog_mps or 0.0)
+        self._worst *= math.exp(-since / WORST_MEMORY_S)
+        if not fix.is_under_way:
+            self._under_way_since = None
+        elif self._under_way_since is None:
+            self._under_way_since = fix.at
+        self._recent = None
+        back = self._back_from(fix)
+        if back is not None:
+            self._compare(back, fix, since)
+        if not self._past or elapsed_s(self._past[-1].at, fix.at) >= KEPT_EVERY_S:
+            self._past.append(fix)
+
+    def _back_from(self, fix: Fix) -> Fix | None:
+        """The youngest fix that is old enough."""
+        past = self._past
+        while past and not 0.0 <= elapsed_s(past[0].at, fix.at) < TOO_LONG_S:
+            past.popleft()
+        for back in reversed(past):
+            if elapsed_s(back.at, fix.at) >= BACK_S:
+                return back
+        return None
+
+    def _compare(self, back: Fix, fix: Fix, since_s: float) -> None:
+        gap_s = elapsed_s(back.at, fix.at)
+        if fix.is_under_way:
+            ahead, aside = fix.strayed_m(back)
+            deviation = math.hypot(ahead, aside) / gap_s
+            turn = 0.0
+            if back.is_under_way:
+                assert back.cog_rad is not None
+                assert fix.cog_rad is not None
+                turn = abs(math.remainder(fix.cog_rad - back.cog_rad, math.tau)) / gap_s
+            faster = abs((fix.sog_mps or 0.0) - (back.sog_mps or 0.0)) / gap_s
+            self._recent = deviation, turn, faster
+            kept = math.exp(-since_s / MEAN_MEMORY_S)
+            self._mean = deviation if self._mean is None else kept * self._mean + (1 - kept) * deviation
+        elif (fix.sog_mps or 0.0) < AT_REST_MPS and (back.sog_mps or 0.0) < AT_REST_MPS:
+            deviation = 0.0
+        else:
+            moved = offset_m(back.latitude_deg, back.longitude_deg, fix.latitude_deg, fix.longitude_deg)
+            deviation = math.hypot(*moved) / gap_s
+        self._worst = max(self._worst, min(deviation, LARGEST_MPS))
+
+    def features(
+        self, fix: Fix, has_heading: bool, is_class_b: bool, ship_type: int | None, length_m: float
+    ) -> Features:
+        """The numbers named in `FEATURES`, for the newest report taken."""
+        deviation, turn, faster = self._recent or (0.0, 0.0, 0.0)
+        known = self._recent is not None
+        sort = ship_type or 0
+        heard_s = elapsed_s(self._first, fix.at) if self._first is not None else 0.0
+        way_s = elapsed_s(self._under_way_since, fix.at) if self._under_way_since is not None else 0.0
+        return (
+            _log_speed(fix.sog_mps or 0.0),
+            0.0 if known else 1.0,
+            _log_deviation(deviation, 0.15) if known else 0.0,
+            min(math.degrees(turn), 1.0),
+            min(faster / 0.05, 1.5),
+            _log_time(way_s),
+            0.0 if has_heading else 1.0,
+            1.0 if sort in (50, 51, 53, 55) or 60 <= sort <= 69 else 0.0,
+            1.0 if 70 <= sort <= 89 else 0.0,
+            _log_deviation(self._mean or 0.0, 0.15) if known else 0.0,
+            _log_deviation(self._worst, 0.3) if heard_s > 60.0 else 0.0,
+            _log_speed(self._fastest),
+            _log_time(heard_s),
+            1.0 if is_class_b else 0.0,
+            math.log(max(length_m, 5.0) / 50.0) if length_m > 0.0 else 0.0,
+        )
+
+
+def _log_speed(mps: float) -> float:
+    return min(max(math.log((mps + 0.5) / 4.0), -1.5), 1.2)
+
+
+def _log_deviation(mps: float, over_mps: float) -> float:
+    return math.log((0.05 + min(mps, LARGEST_MPS)) / over_mps)
+
+
+def _log_time(seconds: float) -> float:
+    return min(max(math.log((60.0 + max(seconds, 0.0)) / 600.0), -2.3), 2.0)

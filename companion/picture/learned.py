@@ -1,0 +1,166 @@
+"""Bounds learned from recorded traffic: how far a ship strays from its straight prediction.
+
+    scale_i(x)  = exp(base_i,k + sum_f weight_i,f (x_f - mean_f) / deviation_f)       i: ahead, astern, abeam
+    score       = ln( y_ahead / scale_ahead + y_astern / scale_astern + y_abeam / scale_abeam )   KITE
+                  ln( the largest of the three )                                                  BOX
+    set         = { y : score <= quantile_k(level) }         half sizes exp(quantile) * scale
+
+with x the `FEATURES` of a ship at its report, y >= 0 how far it is ahead or astern and abeam of the
+prediction, k the age.  The quantile is the split-conformal one, over vessels no scale was fitted on.
+A set never reaches beyond the way from the report at top speed: that bound needs no data.
+
+The file is TOML, written and documented by `companion calibrate`.
+"""
+
+import math
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from companion.errors import ConfigError
+from companion.messages import SPREAD_AGES_S, FloatArray, Model
+from companion.picture.behaviour import FEATURES, Features
+
+VERSION = 1
+SIDES = ("ahead", "astern", "abeam")
+GROWTH = 1.3  # errors grow as age ** GROWTH between the stated ages
+LEAST_M = 1.0
+STILL_MPS = 0.1
+REMEDY = "write one with `companion calibrate TRAFFIC...`, or leave contacts.bounds_file empty"
+
+
+class BoundsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The file's contents; see the module's docstring for the formulas."""
+
+    version: int
+    shape: Literal["kite", "box"]
+    ages_s: tuple[float, ...]
+    features: dict[str, tuple[float, float]]  # name -> mean, deviation
+    weights: dict[str, tuple[float, float, float]]  # name -> of ahead, astern, abeam
+    base: dict[str, tuple[float, ...]]  # side -> one for each age
+    quantiles: dict[str, tuple[float, ...]]  # level -> one for each age
+    still_m: dict[str, tuple[float, ...]]  # level -> how far ships at rest were by then
+    slow_m: dict[str, tuple[float, ...]]  # the same of those slower than under way, but not still
+    trained_on: tuple[str, ...] = ()
+    vessels: int = 0
+    outcomes: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LearnedBounds:
+    """The file as arrays, for one level."""
+
+    model: Model
+    level: float
+    mean: FloatArray  # (F,)
+    deviation: FloatArray
+    weights: FloatArray  # (3, F)
+    base: FloatArray  # (3, K)
+    quantile: FloatArray  # (K,)
+    still_m: FloatArray  # (K,) how far a ship at rest gets
+    slow_m: FloatArray  # and one that creeps or swings at anchor
+
+    def log_scale(self, features: Features) -> FloatArray:
+        """(3, K) natural logarithms of the scales, metres."""
+        x = (np.array(features) - self.mean) / self.deviation
+        return np.asarray(self.base + (self.weights @ np.clip(x, -4.0, 4.0))[:, None])
+
+    def score(self, features: Features, k: int, age_s: float, ahead_m: float, aside_m: float) -> float:
+        """How far out an outcome is, in natural logarithms; above 0 (plus any raise) it is outside."""
+        scale = np.exp(self.log_scale(features)[:, k]) * (age_s / SPREAD_AGES_S[k]) ** GROWTH
+        out = max(ahead_m, 0.0) / scale[0], max(-ahead_m, 0.0) / scale[1], abs(aside_m) / scale[2]
+        whole = sum(out) if self.model is Model.KITE else max(out)
+        return math.log(max(whole, 1e-6)) - float(self.quantile[k])
+
+    def spread_m(
+        self, features: FloatArray, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray
+    ) -> FloatArray:
+        """(n, K, 3) half sizes at the stated ages for `features` (n, F).
+
+        `raised` (n, K) is added to the quantiles.
+        """
+        x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
+        log_scale = self.base.T + (x @ self.weights.T)[:, None, :]
+        half = np.exp(log_scale + (self.quantile + raised)[:, :, None])
+        return limited(np.maximum.accumulate(half, axis=1), sog_mps, top_mps)
+
+    def at_rest_m(self, sog_mps: FloatArray, top_mps: FloatArray) -> FloatArray:
+        """(n, K, 3) half sizes of the squares around ships not under way: at berth, at anchor, creeping."""
+        radius = np.where((sog_mps < STILL_MPS)[:, None], self.still_m, self.slow_m)
+        return limited(np.repeat(radius[:, :, None], 3, axis=2), np.zeros(len(sog_mps)), top_mps)
+
+
+def limited(half_m: FloatArray, sog_mps: FloatArray | float, top_mps: FloatArray | float) -> FloatArray:
+    """(..., K, 3) half sizes within what a ship can do at all: `top_mps` times the age from its report."""
+    ages = np.array(SPREAD_AGES_S)
+    sog, top = np.asarray(sog_mps)[..., None], np.asarray(top_mps)[..., None]
+    room = np.sqrt(np.maximum(top**2 - sog**2, 0.0))
+    limits = np.stack(np.broadcast_arrays(top - sog, top + sog, room), axis=-1) * ages[:, None]
+    return np.asarray(np.clip(half_m, LEAST_M, np.maximum(limits, LEAST_M)))
+
+
+def load(path_or_name: str, level: float) -> LearnedBounds:
+    """Read a bounds file, or a packaged one by its name; raises `ConfigError` with the remedy."""
+    return prepare(parse(_read(path_or_name), path_or_name), level, path_or_name)
+
+
+def parse(text: str, origin: str) -> BoundsFile:
+    """The validated contents."""
+    where = f"contacts.bounds_file = '{origin}'"
+    try:
+        file = msgspec.convert(tomllib.loads(text), BoundsFile)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{where}: not TOML: {error}; {REMEDY}") from None
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"{where}: not a bounds file: {error}; {REMEDY}") from None
+    if file.version != VERSION:
+        raise ConfigError(f"{where}: version {file.version}, this companion reads {VERSION}; {REMEDY}")
+    ages = len(SPREAD_AGES_S)
+    rows = (*file.base.values(), *file.quantiles.values(), *file.still_m.values(), *file.slow_m.values())
+    complete = (
+        file.ages_s == SPREAD_AGES_S
+        and tuple(file.features) == FEATURES
+        and tuple(file.weights) == FEATURES
+        and tuple(file.base) == SIDES
+        and all(len(row) == ages for row in rows)
+        and all(deviation > 0 for _, deviation in file.features.values())
+        and all(map(math.isfinite, (x for row in (*rows, *file.weights.values()) for x in row)))
+    )
+    if not complete:
+        raise ConfigError(f"{where}: its ages, features or sides are not this companion's; {REMEDY}")
+    return file
+
+
+def prepare(file: BoundsFile, level: float, origin: str) -> LearnedBounds:
+    """The arrays for a level that the file states."""
+    key = f"{level:g}"
+    if not (key in file.quantiles and key in file.still_m and key in file.slow_m):
+        known = ", ".join(file.quantiles)
+        raise ConfigError(f"contacts.bounds_level = {key}: '{origin}' states {known}; choose one of them")
+    features = np.array(list(file.features.values()))
+    return LearnedBounds(
+        model=Model.KITE if file.shape == "kite" else Model.BOX,
+        level=level,
+        mean=features[:, 0],
+        deviation=features[:, 1],
+        weights=np.array([file.weights[name] for name in FEATURES]).T,
+        base=np.array([file.base[side] for side in SIDES]),
+        quantile=np.array(file.quantiles[key]),
+        still_m=np.array(file.still_m[key]),
+        slow_m=np.array(file.slow_m[key]),
+    )
+
+
+def _read(path_or_name: str) -> str:
+    packaged = resources.files("models") / f"{path_or_name}.bounds.toml"
+    is_name = Path(path_or_name).name == path_or_name and not path_or_name.endswith(".toml")
+    try:
+        return packaged.read_text() if is_name else Path(path_or_name).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not text"
+        raise ConfigError(f"contacts.bounds_file = '{path_or_name}': {reason}; {REMEDY}") from None
