@@ -78,10 +78,17 @@ def test_under_a_ship_that_passes_it_stays_down_and_says_when_it_can() -> None:
 
 
 def test_where_no_surface_is_free_for_long_enough_it_says_so() -> None:
-    ring = tracks(*({"sog_mps": 0.0, "model": 1.0, "disc_speed_mps": 5.0, "measured_at_s": -400.0},))
-    place, codes = look(ring, at_s=100.0)
+    ring = tracks({"sog_mps": 0.0, "model": 1.0, "disc_speed_mps": 5.0})
+    place, codes = look(ring, at_s=500.0)
     assert place is None
     assert "plan.cannot_surface" in codes
+
+
+def test_whom_the_last_listening_did_not_hear_again_is_no_reason_to_go_up_again() -> None:
+    """Else a ship out of earshot keeps the vehicle going up and down at one place."""
+    out_of_earshot = {"east_m": 60_000.0, "measured_at_s": -400.0}
+    assert look(tracks(out_of_earshot), at_s=100.0) == (None, set())
+    assert look(tracks(out_of_earshot, {"east_m": 3000.0}), at_s=241.0)[1] == {"plan.information_ends"}
 
 
 def test_the_mission_goes_up_listens_and_goes_on() -> None:

@@ -16,6 +16,7 @@ LOOK_EVERY_S = 5.0
 OFFSETS_M = np.array((0.0, -50.0, 50.0, -100.0, 100.0, -200.0, 200.0, -400.0, 400.0))  # along the way
 WAITS_S = np.arange(0.0, 601.0, 20.0)
 NEARBY_M = 1000.0
+HEARD_WITHIN_S = 120.0  # before listening began: class A at anchor reports every three minutes
 PROGRESS_M = 10.0
 PLANNED_SHARE = 0.8  # of full speed, made good on the way to the goal
 
@@ -82,7 +83,10 @@ class Surfacing:
         goal_s = to_goal_m / (PLANNED_SHARE * vehicle.max_speed_mps)
         slices = self._of(tracks)
         age = slices.age_s(now)
-        left_s = float((tracks.validity_s - age).min())
+        # whom the last listening did not hear again, another would not either: going up is no help
+        age_at_dive = age - elapsed_s(self._dived_at, now)
+        heard = age_at_dive <= vehicle.listen_s + HEARD_WITHIN_S
+        left_s = float((tracks.validity_s - age).min(where=heard, initial=np.inf))
         if left_s < min(rule.reserve_s + self._stay_s(own), goal_s):
             text = f"reports are valid for {max(left_s, 0):.0f} s more, the goal is {goal_s:.0f} s away"
             return Reason("plan.information_ends", text)
@@ -90,7 +94,7 @@ class Surfacing:
         if stuck_s > rule.patience_s:
             return Reason("plan.does_not_fit", f"no way forward for {stuck_s:.0f} s: new reports are needed")
         centre = np.column_stack((tracks.north_m, tracks.east_m)) + slices.drift_mps * age[:, None]
-        near = np.hypot(*(centre - own.position_m).T) < NEARBY_M
+        near = heard & (np.hypot(*(centre - own.position_m).T) < NEARBY_M)
         size_m = float((slices.spread_mps * age)[near].max(initial=0.0))
         if size_m > rule.largest_set_m:
             return Reason("plan.set_too_large", f"a ship nearby can be anywhere within {size_m:.0f} m")
