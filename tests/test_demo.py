@@ -100,6 +100,17 @@ def test_a_recorded_lake_is_crossed(shared_data: Path, tmp_path: Path) -> None:
     assert OWN_ECHO not in json.loads(dived.tracks)["mmsi"]
 
 
+def test_a_recorded_shipping_lane_is_crossed_with_one_surfacing_for_news(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    log = shared_data / "n2k_gulf_of_finland_20140815_refragmented.candump.gz"
+    assert main(["demo", "--traffic", str(log), "--out", str(tmp_path)]) == 0
+    (folder,) = tmp_path.iterdir()
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["closest_hull"]["distance_m"] > 100
+    assert summary["truth_until_s"] == pytest.approx(600, abs=1)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

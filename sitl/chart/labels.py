@@ -1,5 +1,6 @@
 """What the map says in words: start, goal, times, the closest approach, what lies beyond the border."""
 
+from itertools import takewhile
 from typing import Literal
 
 import numpy as np
@@ -42,11 +43,8 @@ def say(
 
 def say_ends(axes: Axes, course: Course, scene: Scene, view: Window) -> None:
     """Start and goal with their positions, and how long the vehicle listened."""
-    listening_s = [
-        since_s
-        for since_s, phase in zip(course.since_start_s.tolist(), course.phase, strict=True)
-        if phase in (Phase.WAIT, Phase.LISTEN)
-    ]
+    steps = zip(course.since_start_s.tolist(), course.phase, strict=True)
+    listening_s = [since_s for since_s, _ in takewhile(lambda at: at[1] in (Phase.WAIT, Phase.LISTEN), steps)]
     start, goal = f"start  {position(scene, scene.start_m)}", f"goal  {position(scene, scene.goal_m)}"
     heard = f"surfaced, listening for {listening_s[-1] - listening_s[0]:.0f} s" if listening_s else ""
     if scene.runs_east_west:
