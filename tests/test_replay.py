@@ -69,8 +69,8 @@ class Counting:
 
 
 class Nowhere:
-    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> None:
-        pass
+    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> bool:
+        return True
 
 
 class Sea:
@@ -213,7 +213,7 @@ def test_one_flipped_bit_in_what_was_heard_is_found(real_run: Path, tmp_path: Pa
             forged.tick(Tick(step.tick.t, frames))
             forged._writer.add_message(forged._channels[Topic.DECISION], 0, step.decision or b"", 0)
             for data in step.sent:
-                forged.sent(step.tick.t, data)
+                forged.sent(step.tick.t, data, expired=False)
     found = replay(tmp_path)
     assert found.first is not None
     assert found.first.tick >= 100
