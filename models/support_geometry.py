@@ -28,7 +28,6 @@ from models.support_terms import (
     scaled,
 )
 
-TINY = 1e-6
 CORNERS = ((1, "bow_m", 1, "starboard_m"), (-1, "stern_m", 1, "starboard_m"),
            (-1, "stern_m", -1, "port_m"), (1, "bow_m", -1, "port_m"))  # fmt: skip
 COURSE, NOISE = column("course_rad"), column("course_noise_rad")
@@ -92,38 +91,34 @@ class Hull:
 
 
 def normals(motion: Motion, hull: Hull) -> list[Vector]:
-    """Of both flanks and of the hull's edges, of any length but none."""
+    """Of both flanks and of the hull's edges, of any length."""
     port, starboard, *_ = motion.corners
     flanks = (scaled(right(port), -1.0), right(starboard))
-    return [_some(v) for v in (*flanks, *hull.normals())]
+    return [*flanks, *hull.normals()]
 
 
-def tangents(hull: Hull) -> tuple[list[Vector], list[Vector]]:
-    """Normals of edges from an arc's end to within the next arc, which is the smaller: factors and parts.
+def tangents(hull: Hull) -> tuple[list[Vector], list[Vector], list[Vector]]:
+    """What makes the normals of edges that run from an arc's end to within the next arc, a smaller one.
 
-    Eight normals, each the sum of column i and column i + 8 of  sqrt(|factor|) * part.  With E the
-    end of the greater radius R, the edge touches the smaller r where  r E +- sqrt(R^2 - r^2) E'  points,
-    E' a quarter turn from E.  For a pair in the wrong order that is some direction, which does no harm.
+    With E the end of the greater radius R, toward the smaller r, and E' a quarter turn on from E, the
+    edge's normal is  E + sqrt((R^2 - r^2) / r^2) E'.  In the order of `hull.ends`, both parts alike:
+    R^2 - r^2, r^2, and E'.  Where r is the greater they make some direction, which does no harm.
     """
     squares = [scalar(column(x), column(x)) + scalar(column(y), column(y)) for _, x, _, y in CORNERS]
-    radii, roots, parts, turned = [], [], [], []
-    for i in range(4):
-        j = (i + 1) % 4
-        difference = squares[i] - squares[j]
-        radii += [(squares[j], squares[j]), (squares[i], squares[i])]
-        roots += [(difference, difference)] * 2
-        parts += [hull.other_way[i], hull.one_way[j]]
-        turned += [right(hull.other_way[i]), scaled(right(hull.one_way[j]), -1.0)]
-    return radii + roots, parts + turned
+    least = scalar(Linear(constant=1e-6))
+    differences, smaller, across = [], [], []
+    for ends, step in ((hull.one_way, -1), (hull.other_way, 1)):  # the next arc lies that way
+        for i, end in enumerate(ends):
+            radius, other = squares[i], squares[(i + step) % 4]
+            differences.append((radius - other, radius - other))
+            smaller.append((other + least, other + least))
+            across.append(scaled(right(end), step))
+    return differences, smaller, across
 
 
 def rays(motion: Motion) -> list[Vector]:
     """To the vehicle from the motion's corners and from the far arc's centre."""
-    return [_some(add(POSITION, corner, -1.0)) for corner in (*motion.corners, NOTHING)]
-
-
-def _some(v: Vector) -> Vector:
-    return add(v, scaled(polar(Linear()), TINY))  # a vector of no length has no direction
+    return [add(POSITION, corner, -1.0) for corner in (*motion.corners, NOTHING)]
 
 
 def grid_directions(count: int) -> list[Vector]:
@@ -134,7 +129,7 @@ def grid_directions(count: int) -> list[Vector]:
 
 def grid_reaches(count: int) -> list[Sum]:
     """What bounds the motion that way: the far end ahead of the beam and on it, the near end abaft."""
-    return [FAR if np.cos(b) > -TINY else NEAR for b in grid_angles(count)]
+    return [FAR if np.cos(b) > -1e-6 else NEAR for b in grid_angles(count)]
 
 
 def _corner(heading: Linear, fore: float, length: str, side: float, width: str) -> Vector:

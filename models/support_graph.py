@@ -61,8 +61,9 @@ class _Places:
     arcs: str  # one point of each arc: the motion's, then the hull's
     fixed: str  # directions: the grid's, then normals
     rays: str
-    factors: str  # of the tangents' parts, squared
-    parts: str
+    differences: str  # of radii squared, of neighbouring arcs
+    smaller: str  # radii squared
+    across: str  # a quarter turn on from the ends
     reach: str  # (n, K/2, 2)
     margin: str  # (n, 1, 2): taken off the distance, and off the gap to delta
 
@@ -94,7 +95,6 @@ def _places(g: GraphBuilder, c: Constants) -> tuple[_Places, str]:
     # a share less of the position is outward when outside; inside the far reach's share is more
     vehicle = scaled(POSITION, 1 - c.margin_relative / 4)
     margin = scalar(column("position_error_m") + Linear(constant=c.margin_m)) + FAR * c.margin_relative
-    factors, parts = tangents(hull)
     reaches = grid_reaches(c.grid)
     groups: tuple[list[Vector], ...] = (
         [vehicle, *motion.corners, motion.meeting, *hull.ends, *hull.meeting],
@@ -102,8 +102,7 @@ def _places(g: GraphBuilder, c: Constants) -> tuple[_Places, str]:
         [motion.corners[0], *hull.ends[:4]],
         [*grid_directions(c.grid), *normals(motion, hull)],
         rays(motion),
-        factors,
-        parts,
+        *tangents(hull),
         list(zip(reaches[::2], reaches[1::2], strict=True)),
         [(margin, margin + scalar(Linear(constant=c.delta_m)))],
     )
@@ -123,9 +122,11 @@ def _directions(g: GraphBuilder, places: _Places) -> str:
     # the end of the hull that lies farthest along a ray is the nearest to the vehicle
     farthest = g.op("ArgMax", _dot(g, places.rays, places.ends), axis=2)
     carried = g.op("Sub", places.rays, g.op("GatherND", places.ends, farthest, batch_dims=1))
-    parts = g.op("Mul", g.op("Sqrt", g.op("Abs", places.factors)), places.parts)
-    touching = g.op("Add", *g.split(parts, [8, 8]))
+    slope = g.op("Sqrt", g.op("Abs", g.op("Div", places.differences, places.smaller)))
+    touching = g.op("Add", places.ends, g.op("Mul", slope, places.across))
     every = g.op("Concat", places.fixed, places.rays, carried, touching, axis=1)
+    # a vector of no length would claim that the set ends at the vehicle, wherever that is
+    every = g.op("Add", every, g.constant(1e-12, np.float32))
     return g.op("LpNormalization", every, axis=2, p=2)
 
 
