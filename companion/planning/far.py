@@ -30,8 +30,8 @@ class Boxes:
     ) -> Nearest:
         """Of the boxes around the tubes [age, `until_age_s`]; for STRAIGHT tracks within their validity.
 
-        A position (2,), or one for each ship (n, 2); in a box the distance says no more than that.  The course
-        noise is below a right angle and no ship is slower than its speed noise: the network's ranges.
+        A position (2,), or one for each ship (n, 2); in a box the distance says no more than that.  Course
+        noise below a right angle and no ship slower than its speed noise: the network's ranges.
         """
         if tracks is not self._tracks:
             self._keep(tracks)
