@@ -21,7 +21,7 @@ from companion.planning.steering import Steering
 from companion.reach.shapes import only
 
 EVERY_S, AGAIN_S = 60.0, 30.0  # from one rehearsal to the next after a safe way was seen, and after none
-ROWS_A_STEP = 640  # of the sets: ten ships play a crossing of ten minutes in 8 s
+ROWS_A_STEP, ROWS_BESIDES = 4000, 160  # of sets, and what a moment costs beside them: 5 ms a step
 ALONG_M = 50.0  # between places on the straight way where a ship is looked for
 SLOW_MPS = 0.5  # a slower ship has no course worth crossing
 ASIDE_M = 200.0  # as far as that from the straight way the vehicle may be driven
@@ -42,7 +42,7 @@ class Outlook:
         self._post_m: FloatArray | None = None
         self._left_m: FloatArray | None = None
         self._mmsi: IntArray = np.zeros(0, dtype=np.int64)  # of the ships rehearsed
-        self._oldest_s = 0.0
+        self._oldest_s, self._known = 0.0, 0
 
     def look(self, now: Instant, phase: Phase, own: OwnState, tracks: Tracks, goal_m: FloatArray) -> None:
         """Play on, or begin again when it is time."""
@@ -52,14 +52,16 @@ class Outlook:
             return
         if phase is Phase.LISTEN or self._left_m is None:
             self._left_m = own.position_m
-        if self._play is None:
-            wait_s = EVERY_S if self._was_safe else AGAIN_S
-            due = self._over_at is None or elapsed_s(self._over_at, now) >= wait_s
-            if not due or (phase is Phase.CROSS and self._has_begun_to_cross(own, tracks)):
-                return
+        if self._play is None and not self._is_due(now, phase, own, tracks):
+            return
         play = self._play or self._begin(now, own, tracks, goal_m)
-        if play.advance(max(ROWS_A_STEP // max(len(CAST) * len(self._mmsi), 1), 1)):
+        if play.advance(max(ROWS_A_STEP // (len(CAST) * len(self._mmsi) + ROWS_BESIDES), 1)):
             self._conclude(now, play.rehearsed())
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether a rehearsal is under way."""
+        return self._play is not None
 
     @property
     def holds(self) -> bool:
@@ -67,10 +69,10 @@ class Outlook:
         return self._post_m is not None
 
     def may_leave(self, reasons: list[Reason]) -> bool:
-        """False, and why, when no safe way was seen; what has not been looked at yet may be."""
+        """Whether a safe way was seen; why not."""
         if self._why is not None:
             reasons.append(self._why)
-        return self._why is None
+        return not self._wanted or (self._over_at is not None and self._why is None)
 
     def post(self, own: OwnState, tracks: Tracks, reasons: list[Reason]) -> FloatArray | None:
         """Where (2,) to hold under way, and why; None to go on."""
@@ -82,8 +84,17 @@ class Outlook:
             self._post_m = own.position_m
         return self._post_m
 
+    def _is_due(self, now: Instant, phase: Phase, own: OwnState, tracks: Tracks) -> bool:
+        listening = phase is Phase.LISTEN
+        if self._over_at is None or (listening and len(tracks) > self._known):
+            return True
+        wait_s = AGAIN_S if listening or not self._was_safe else EVERY_S
+        return elapsed_s(self._over_at, now) >= wait_s and (
+            listening or not self._has_begun_to_cross(own, tracks)
+        )
+
     def _begin(self, now: Instant, own: OwnState, tracks: Tracks, goal_m: FloatArray) -> Play:
-        rows = self._who_matters(now, own, tracks, goal_m)
+        rows, self._known = self._who_matters(now, own, tracks, goal_m), len(tracks)
         known = only(tracks, rows)
         self._mmsi, self._oldest_s = known.mmsi, float(known.age_s(now).max(initial=0.0))
         self._play = self._rehearsal.begin(
