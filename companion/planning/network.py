@@ -30,6 +30,7 @@ from companion.planning.model_file import (
     read_bytes,
 )
 from companion.planning.rows import COLUMNS, ContactRows
+from companion.reach.kernel import Kernel, nearest
 
 SPEED, SPEED_NOISE, HEADING_ERROR = map(COLUMNS.index, ("speed_mps", "speed_noise_mps", "heading_error_rad"))
 INPUT = "contacts"
@@ -87,7 +88,7 @@ class NetworkRepulsion:
         self._high = np.array([i.high for i in metadata.inputs])
 
     @classmethod
-    def load(cls, path_or_name: str | Path, config: Config) -> "NetworkRepulsion":
+    def load(cls, path_or_name: str | Path, config: Config, kernel: Kernel = nearest) -> "NetworkRepulsion":
         """Read a model file, or a packaged model by its name; raises `ModelError` with the remedy."""
         origin, content = read_bytes(path_or_name)
         session = open_session(content, origin)
@@ -97,7 +98,7 @@ class NetworkRepulsion:
             raise ModelError(f"repulsion.model = '{origin}': inputs or outputs are not ours; {REMEDY}")
         check_agreement(metadata, config, origin)
         digest = hashlib.sha256(content).hexdigest()
-        return cls(session, metadata, digest, ExactRepulsion(config.field), far_m(config.field))
+        return cls(session, metadata, digest, ExactRepulsion(config.field, kernel), far_m(config.field))
 
     def __call__(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray

@@ -18,6 +18,7 @@ from companion.planning.far import Boxes, far_m
 from companion.planning.field import ExactRepulsion
 from companion.planning.rehearsal import CAST, MARGIN_M, SLOWEST, Play, Rehearsal, Rehearsed
 from companion.planning.steering import Steering
+from companion.reach.kernel import Kernel, nearest
 from companion.reach.shapes import only
 
 EVERY_S, AGAIN_S = 60.0, 30.0  # from one rehearsal to the next after a safe way was seen, and after none
@@ -30,9 +31,9 @@ ASIDE_M = 200.0  # as far as that from the straight way the vehicle may be drive
 class Outlook:
     """Keeps the last rehearsal; advanced once a step."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, kernel: Kernel = nearest) -> None:
         self._config = config
-        self._rehearsal = Rehearsal(config, Steering(config, ExactRepulsion(config.field)))
+        self._rehearsal = Rehearsal(config, Steering(config, ExactRepulsion(config.field, kernel)), kernel)
         self._wanted = config.planner.rehearse and config.planner.horizon == "clearing"
         self._boxes = Boxes()
         self._play: Play | None = None
