@@ -17,7 +17,7 @@ from companion.planning.steering import Steering
 from sitl.studies import age
 from sitl.studies.ships import draw
 from tests.builders import own
-from tests.test_core import Vehicle, core, frame
+from tests.test_core import LAT, LON, Vehicle, core, frame
 
 NOW = instant(0.0)
 GOAL_M = np.array((0.0, 330.0))
@@ -142,13 +142,15 @@ def test_it_looks_only_as_far_as_reports_are_believed() -> None:
 def decisions_at_an_edge(age_s: int, seconds: float) -> list[Decision]:
     """A core at the surface before two lanes of ships it last heard `age_s` ago."""
     contacts: dict[str, object] = {
-        "speed_noise_mps": 0.25,
+        "speed_noise_mps": 0.05,
         "course_noise_rad": 0.01,
         "position_error_m": 1.0,
         "coarse_position_error_m": 1.0,
         "validity_s": 1500.0,
     }
-    subject, vehicle, found = core(vehicle={"listen_s": 25.0}, contacts=contacts), Vehicle(), []
+    goal: dict[str, object] = {"latitude_deg": LAT + 400 / 111_400, "longitude_deg": LON}
+    subject = core(vehicle={"listen_s": 25.0}, contacts=contacts, goal=goal)
+    vehicle, found = Vehicle(), list[Decision]()
     for k in range(round(seconds * 10)):
         t = instant(k / 10)
         data = vehicle.position(k / 10)
