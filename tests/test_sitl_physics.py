@@ -92,7 +92,7 @@ def circle(rudder: float, speed: float) -> BodyState:
 def test_with_presteros_own_coefficients_the_vehicle_turns_his_published_circle(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # his lift of body and fins, Y_uv -28.6, Y_ur 5.22, N_uv -24, N_ur -2, less what the added mass has in C(nu)
+    # lift of body and fins: his Y_uv -28.6, Y_ur 5.22, N_uv -24, N_ur -2, less the added mass's share in C
     monkeypatch.setattr(torpedo, "Y_VV", 1310.0 * SCALE**2)
     monkeypatch.setattr(torpedo, "Y_UV", 28.6 * SCALE**2)
     monkeypatch.setattr(torpedo, "Y_UR", (5.22 + 0.93) * SCALE**3)
