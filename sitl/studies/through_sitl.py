@@ -21,6 +21,11 @@ from sitl.studies.case import Crossing
 OVER: dict[str, dict[str, dict[str, Any]]] = {
     "network": {"planner": {"horizon": "paper"}, "repulsion": {"kind": "network"}},
     "exact": {"planner": {"horizon": "paper"}, "repulsion": {"kind": "exact"}},
+    "no-uncertainty": {
+        "planner": {"horizon": "paper"},
+        "repulsion": {"kind": "exact"},
+        "contacts": {"speed_noise_mps": 0.0, "course_noise_rad": 0.0, "heading_error_rad": 0.0},
+    },
     "improved": {"planner": {"horizon": "clearing"}, "repulsion": {"kind": "network"}},
     "improved-exact": {"planner": {"horizon": "clearing"}, "repulsion": {"kind": "exact"}},
 }
