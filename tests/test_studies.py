@@ -118,6 +118,17 @@ def test_the_whole_line_through_encoded_bytes_keeps_its_distance_too() -> None:
     assert found.to_set_m >= 15.0
 
 
+@pytest.mark.parametrize("variant", list(ugv.VARIANTS))
+def test_the_bundled_rover_keeps_its_distance_through_encoded_bytes(variant: str) -> None:
+    for planner in ("exact", "network"):
+        (found,) = outcomes(planner, 1, ugv.case_of(variant, "sitl"))
+        assert found.arrived
+        assert found.to_set_m >= 0.51
+        assert (
+            found.to_hull_m >= 1.77
+        )  # force balance, 0.51 + (10 / 5)^(1/3); its sets are wider than the hulls
+
+
 # ---------------------------------------------------------------- the same code, the same numbers
 
 

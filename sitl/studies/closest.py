@@ -45,7 +45,7 @@ def to_the_sets(paths: Paths, ships: Ships, closing_mps: float = CLOSING_MPS) ->
         return reach.at(ships.reported, Instant(int(paths.t_ns[step]))).nearest(place_m).distance_m
 
     def at_pairs(steps: IntArray, rows: IntArray, place_m: FloatArray) -> FloatArray:
-        age_s: FloatArray = (paths.t_ns[steps] - ships.reported.measured_at_ns[rows]) * 1e-9
+        age_s = np.asarray((paths.t_ns[steps] - ships.reported.measured_at_ns[rows]) * 1e-9)
         return slices.distances(rows, age_s, age_s, place_m[:, 0], place_m[:, 1])[0]
 
     return _least(paths, ships.per_trial, at_step, at_pairs, closing_mps)

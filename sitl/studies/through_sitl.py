@@ -1,7 +1,7 @@
-"""A trial through everything: the bundled submarine and autopilot, encoded bytes, picture and guard.
+"""A trial through everything: the bundled vehicle and autopilot, encoded bytes, picture and guard.
 
-The bundled scenario `uuv_crossing` with its convoys, drawn from the trial's seed so that they meet the
-vehicle as in the study's own.  What is sent over the air is rounded as AIS rounds; sets have its margins.
+The case's bundled scenario with its convoys, drawn from the trial's seed so that they meet the vehicle as in
+the study's own.  What is sent over the air is rounded as AIS rounds; sets have its margins.
 """
 
 from typing import Any
@@ -45,7 +45,7 @@ class Run(msgspec.Struct, frozen=True):
 
 def scenario_of(case: Crossing) -> Scenario:
     """The bundled scenario with this case's numbers."""
-    bundled = load("uuv_crossing")
+    bundled = load(case.scenario)
     listens_s = float(bundled.companion["vehicle"]["listen_s"])
     ships = msgspec.structs.replace(
         bundled.ships,
@@ -56,7 +56,8 @@ def scenario_of(case: Crossing) -> Scenario:
     )
     vehicle = msgspec.structs.replace(bundled.vehicle, before_m=case.before_m)
     end = msgspec.structs.replace(bundled.end, beyond_m=case.beyond_m)
-    return msgspec.structs.replace(bundled, ships=ships, vehicle=vehicle, end=end)
+    channel = msgspec.structs.replace(bundled.channel, same_way=case.same_way)
+    return msgspec.structs.replace(bundled, channel=channel, ships=ships, vehicle=vehicle, end=end)
 
 
 def sail(case: Crossing, seed: int, trial: int, planner: str) -> Run:
@@ -69,7 +70,8 @@ def sail(case: Crossing, seed: int, trial: int, planner: str) -> Run:
     scenario = scenario_of(case)
     sea = scenario_sea(scenario, seed=seed * 1_000_003 + trial)
     field = {"attraction": case.readings.attraction, "delta_m": case.delta_m, "horizon_s": case.horizon_s}
-    over = {**OVER[planner], "field": {**field, "k_p": case.k_p, "k_r": case.k_r}}
+    repulsion = {**OVER[planner]["repulsion"], "model": case.model}
+    over = {**OVER[planner], "repulsion": repulsion, "field": {**field, "k_p": case.k_p, "k_r": case.k_r}}
     config = from_mapping(scenario.companion_tables(sea.goal_deg, over), "study")
     companion = build(config)
     measure = Measure(sea.truth, sea.own_state, config.field.delta_m, sea.traffic.known_until_s)
