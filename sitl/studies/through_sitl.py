@@ -7,15 +7,19 @@ the study's own.  What is sent over the air is rounded as AIS rounds; sets have 
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from companion.build import build
 from companion.config import from_mapping
+from companion.core import Core
 from companion.errors import ConfigError
 from companion.loop import run
+from companion.messages import FloatArray
 from sitl.launch import scenario_sea
 from sitl.lockstep import LockstepSea
 from sitl.measure import Measure
 from sitl.scenario import Scenario, load
+from sitl.sea import Sea
 from sitl.studies.case import Crossing
 
 OVER: dict[str, dict[str, dict[str, Any]]] = {
@@ -77,7 +81,7 @@ def sail(case: Crossing, seed: int, trial: int, planner: str) -> Run:
     measure = Measure(sea.truth, sea.own_state, config.field.delta_m, sea.traffic.known_until_s)
     lockstep = LockstepSea(sea, dt_s=1.0 / config.timing.rate_hz)
     run(lockstep, companion.core, companion.encoder, lockstep, measure, _no_clock)
-    summary = measure.summary(measure.course())
+    summary = measure.summary(measure.course(_origin_m(sea, companion.core)))
     near, hull = summary.closest_set, summary.closest_hull
     if near is None or hull is None:
         raise ConfigError("--vehicle sitl: no ship was heard; the scenario's ships must be within reach")
@@ -89,6 +93,16 @@ def sail(case: Crossing, seed: int, trial: int, planner: str) -> Run:
         to_hull_m=hull.distance_m,
         vertical_m=hull.vertical_clearance_m,
         oldest_s=summary.oldest_used_s,
+    )
+
+
+def _origin_m(sea: Sea, core: Core) -> FloatArray:
+    """(2,) where the companion's local frame lies in the sea's: it begins where it first heard of itself."""
+    frame = core.frame
+    return (
+        np.zeros(2)
+        if frame is None
+        else np.array(sea.frame.to_local(frame.latitude_deg, frame.longitude_deg))
     )
 
 
