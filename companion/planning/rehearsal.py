@@ -8,7 +8,8 @@ No vehicle does exactly what is wanted, and where the way forks a little decides
 thought, `CAST`: a point, others that lag, a slower one.  All of them must be safe, by a margin.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -25,6 +26,8 @@ MARGIN_M = 5.0  # a lag of 2 s and a turn rate of 0.2 rad/s cost 3.6 m at most
 CAST = ((0.01, 1e3, 1.0), (2.0, 0.2, 1.0), (2.0, 0.2, 0.95), (4.0, 0.15, 1.0))
 TURN_LAG_S = 0.5
 STEP_S = 0.5
+EAGER = -math.expm1(-STEP_S / TURN_LAG_S)
+CROWDED = 0.8  # played on in smaller arrays when fewer than this share of the vehicles is undecided
 SLOWEST = 4.0  # a crossing longer than this many times the straight way is none
 
 
@@ -32,7 +35,7 @@ SLOWEST = 4.0  # a crossing longer than this many times the straight way is none
 class Rehearsed:
     """Of m vehicles: whether the crossing is safe (m,), and its least distance to a set (m,).
 
-    The distance is exact where it is below what was to be kept, elsewhere it is at least that.
+    A crossing is not played on once it comes nearer than is to be kept: that is its distance then.
     """
 
     safe: BoolArray
@@ -91,54 +94,98 @@ class Play:
         m, cast = len(position_m), len(CAST)
         self._k = len(tracks) // m
         self._tracks = only(tracks, np.tile(np.arange(m * self._k).reshape(m, self._k), (1, cast)).ravel())
-        self._place = place = np.repeat(position_m, cast, axis=0)
-        lag_s, self._turns, share = (np.tile(column, m) for column in np.array(CAST).T)
-        self._limit = share * config.vehicle.max_speed_mps
-        self._follows, self._eager = -np.expm1(-STEP_S / lag_s), -np.expm1(-STEP_S / TURN_LAG_S)
-        n = m * cast
-        self._closest, self._arrived, self._speed = (
-            np.full(n, np.inf),
-            np.zeros(n, dtype=np.bool_),
-            np.zeros(n),
+        place = np.repeat(position_m, cast, axis=0)
+        lag_s, turns, share = (np.tile(column, m) for column in np.array(CAST).T)
+        limit = share * config.vehicle.max_speed_mps
+        self._cast = _Cast(
+            place=place,
+            heading=np.arctan2(*(goal_m - place).T[::-1]),
+            speed=np.zeros(m * cast),
+            closest=np.full(m * cast, np.inf),
+            arrived=np.zeros(m * cast, dtype=np.bool_),
+            limit=limit,
+            turns=turns,
+            follows=-np.expm1(-STEP_S / lag_s),
         )
-        self._heading = np.arctan2(*(goal_m - place).T[::-1])
-        longest_s = SLOWEST * float(np.hypot(*(goal_m - place).T).max()) / float(self._limit.min())
+        longest_s = SLOWEST * float(np.hypot(*(goal_m - place).T).max()) / float(limit.min())
         self._news = within_s < longest_s
         self._steps = int(min(longest_s, within_s) / STEP_S) + 1 if len(tracks) else 0
         self._step = 0
+        self._who = np.arange(m)  # the vehicles still played
+        self._safe, self._closest = np.zeros(m, dtype=np.bool_), np.full(m, np.inf)
 
     def advance(self, steps: int = 1) -> bool:
         """Play on for some steps; whether it is over."""
         for _ in range(steps):
-            if self._step >= self._steps or (self._arrived | (self._closest < self._keep_m)).all():
+            undecided = self._note()
+            if self._step >= self._steps or not undecided.any():
                 return True
+            if undecided.mean() < CROWDED:
+                self._keep(undecided)
             self._move()
             self._step += 1
         return False
 
     def rehearsed(self) -> Rehearsed:
         """What came of it, once it is over."""
-        over = self._arrived | self._news | (self._steps == 0)
-        safe: BoolArray = np.all((over & (self._closest >= self._keep_m)).reshape(-1, len(CAST)), axis=1)
-        return Rehearsed(safe, self._closest.reshape(-1, len(CAST)).min(axis=1))
+        return Rehearsed(self._safe, self._closest)
+
+    def _note(self) -> BoolArray:
+        """Write down what is known of the vehicles played; whose crossing is undecided yet."""
+        shape = (-1, len(CAST))
+        arrived = self._cast.arrived.reshape(shape).all(axis=1)
+        closest = self._cast.closest.reshape(shape).min(axis=1)
+        failed = closest < self._keep_m  # one is enough
+        over = self._step >= self._steps and (self._news or self._steps == 0)
+        self._closest[self._who] = closest
+        self._safe[self._who] = ~failed & (arrived | over)
+        undecided: BoolArray = ~(failed | arrived)
+        return undecided
+
+    def _keep(self, vehicles: BoolArray) -> None:
+        """Play on with some of the vehicles."""
+        casts = np.repeat(vehicles, len(CAST))
+        self._tracks = only(self._tracks, np.flatnonzero(np.repeat(casts, self._k)))
+        self._who, self._cast = self._who[vehicles], self._cast.only(casts)
 
     def _move(self) -> None:
-        t, goal_m, place = after(self._begin, self._step * STEP_S), self._goal_m, self._place
-        around = np.repeat(place, self._k, axis=0)
+        c, goal_m = self._cast, self._goal_m
+        t = after(self._begin, self._step * STEP_S)
+        around = np.repeat(c.place, self._k, axis=0)
         push = self._steering.push(self._tracks, t, around, goal_m)
         near = push.nearest.distance_m  # of tubes: the sets themselves are no nearer
         if (near < self._keep_m).any():
             near = reach.at(self._tracks, t, kernel=self._kernel).nearest(around).distance_m
-        near = near.reshape(len(place), self._k).min(axis=1)
-        self._closest = np.where(self._arrived, self._closest, np.minimum(self._closest, near))
-        self._arrived |= np.hypot(*(goal_m - place).T) <= self._config.goal.radius_m
-        u = self._steering.horizontal(self._tracks, self._steering.pull(place, goal_m, Phase.CROSS), push)
+        near = near.reshape(len(c.place), self._k).min(axis=1)
+        closest = np.where(c.arrived, c.closest, np.minimum(c.closest, near))
+        arrived = c.arrived | (np.hypot(*(goal_m - c.place).T) <= self._config.goal.radius_m)
+        u = self._steering.horizontal(self._tracks, self._steering.pull(c.place, goal_m, Phase.CROSS), push)
         wanted, target = np.hypot(u[:, 0], u[:, 1]), np.arctan2(u[:, 1], u[:, 0])
-        error = np.remainder(target - self._heading + np.pi, 2 * np.pi) - np.pi
-        free = self._turns > 1.0
-        most = np.where(free, np.pi, self._turns * STEP_S)
-        self._heading = self._heading + np.clip(np.where(free, error, self._eager * error), -most, most)
-        ahead = np.minimum(wanted, self._limit) * np.maximum(np.cos(target - self._heading), 0.0)
-        self._speed = self._speed + self._follows * (ahead - self._speed)
-        course = np.column_stack((np.cos(self._heading), np.sin(self._heading)))
-        self._place = place + (STEP_S * self._speed)[:, None] * course
+        error = np.remainder(target - c.heading + np.pi, 2 * np.pi) - np.pi
+        free = c.turns > 1.0
+        most = np.where(free, np.pi, c.turns * STEP_S)
+        heading = c.heading + np.clip(np.where(free, error, EAGER * error), -most, most)
+        ahead = np.minimum(wanted, c.limit) * np.maximum(np.cos(target - heading), 0.0)
+        speed = c.speed + c.follows * (ahead - c.speed)
+        run = (STEP_S * speed)[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))
+        self._cast = replace(
+            c, place=c.place + run, heading=heading, speed=speed, closest=closest, arrived=arrived
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Cast:
+    """Who sails in thought: all casts of the first vehicle, of the second, and so on; columns (n,)."""
+
+    place: FloatArray  # (n, 2)
+    heading: FloatArray
+    speed: FloatArray
+    closest: FloatArray
+    arrived: BoolArray
+    limit: FloatArray
+    turns: FloatArray
+    follows: FloatArray
+
+    def only(self, which: BoolArray) -> "_Cast":
+        """Some of the rows."""
+        return _Cast(*(getattr(self, f.name)[which] for f in fields(self)))
