@@ -17,6 +17,7 @@ PART = 25  # trials a worker takes at once
 COMPARED = 600  # trials of the comparisons at most
 RENEWED = 0.3  # share of the trials with new reports on the way
 VEHICLES = ("submarine", "boat")
+TRACKING_M = {"submarine": 3.0, "boat": 8.0}  # what the bundled ones keep (tests/test_guard_tracking.py)
 
 
 class Part(Struct, frozen=True):
@@ -39,6 +40,7 @@ def configuration(vehicle: str, rate_hz: float) -> Config:
             "goal": {"latitude_deg": 59.9, "longitude_deg": 19.2},
             "vehicle": {"cruise_depth_m": deep},
             "timing": {"rate_hz": rate_hz, "setpoint_validity_s": 3.0 / rate_hz},
+            "guard": {"tracking_error_m": TRACKING_M[vehicle]},
         }
     )
 

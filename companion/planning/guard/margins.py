@@ -7,7 +7,7 @@ import numpy as np
 from companion.config import Config
 from companion.messages import FloatArray
 
-RAMP_S = 5.0  # a plan begins where the vehicle is: tracking errors take this long to build up
+RAMP_S = 3.0  # a plan begins where the vehicle is: tracking errors take this long to build up
 BETWEEN_M = 0.15  # how far a turning or braking vehicle may be from the straight run between two points
 
 
