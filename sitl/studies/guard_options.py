@@ -21,6 +21,19 @@ ENDURANCE = """\
 """
 
 
+LIVENESS = """\
+    The improved planner by the network under the guard, under the plain half-space filter and under none, trial
+    by trial the same ships, in both traffics of the UUV case.  Writes table.md.
+
+    Exit status 1 when the guard changed 1 % of the setpoints or took 2 % of the median time.
+"""
+
+
+def add_liveness(p: argparse.ArgumentParser) -> None:
+    """`companion study liveness`."""
+    add_campaign(p, "liveness", trials=200)
+
+
 def add_guard(p: argparse.ArgumentParser) -> None:
     """`companion study guard`."""
     add_campaign(p, "guard", trials=1000)

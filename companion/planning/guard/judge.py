@@ -25,7 +25,7 @@ from companion.planning.guard.limits import limited
 from companion.planning.guard.margins import Margins
 from companion.planning.guard.preconditions import is_prestream, missing
 from companion.planning.guard.rollout import held, motion_of
-from companion.planning.guard.search import Beginning, Search
+from companion.planning.guard.search import WAITS_S, Beginning, Search
 from companion.planning.guard.verdict import Velocity, Verdict
 from companion.planning.guard.vertical import Dive
 from companion.planning.guard.watch import Watch
@@ -34,7 +34,7 @@ from companion.reach import Slices
 from companion.reach.kernel import Kernel, nearest
 
 CHANGE_TOLERANCE_MPS = 1e-6  # below this a velocity counts as let through unchanged
-SEARCH_AGAIN_S = 1.0  # after a search found nothing
+SEARCH_AGAIN_S = 0.4  # after a search found nothing
 
 
 class Guard:
@@ -57,6 +57,7 @@ class Guard:
         self._dive: Dive | None = None
         self._sent: Velocity = (0.0, 0.0, 0.0)
         self._searched_at: Instant | None = None
+        self._waits = 0  # searches in vain
 
     def check(
         self,
@@ -173,7 +174,7 @@ class Guard:
             return False
         verified = self._beside.way_out
         first = self._beginning(now, own, self._sent, wanted[:2], self._period_s)
-        planned = self._search.toward(now, first, verified.end_m, verified.speed_mps)
+        planned = self._search.toward(now, first, verified.end_m, verified.speed_mps, verified.wait_s(now))
         covered = self._beside.covers(planned)
         if covered:
             self._way_out = planned
@@ -185,7 +186,7 @@ class Guard:
         stored = self._way_out
         self._beside = None
         if stored is not None and stored.verified:
-            planned = self._search.toward(now, first, stored.end_m, stored.speed_mps)
+            planned = self._search.toward(now, first, stored.end_m, stored.speed_mps, stored.wait_s(now))
             room_m = self._search.room(planned, now, clearance, MOST_M)
             if room_m.min() > 0:
                 self._way_out = planned
@@ -194,11 +195,16 @@ class Guard:
                 return True
         found = None
         if self._may_search(now):
-            found, _ = self._search.best(now, first, wanted[:2], clearance)
+            found, _ = self._search.best(now, first, wanted[:2], clearance, self._wait_s())
             self._searched_at = now if found is None else None
+            self._waits = 0 if found is not None else self._waits + 1
         if found is not None:
             self._way_out = found
         return found is not None
+
+    def _wait_s(self) -> float:
+        """A run at once and runs after waiting, in turns: one search a step has to do."""
+        return 0.0 if self._waits % 2 == 0 else WAITS_S[self._waits // 2 % len(WAITS_S)]
 
     def _may_search(self, now: Instant) -> bool:
         return self._searched_at is None or elapsed_s(self._searched_at, now) >= SEARCH_AGAIN_S - 1e-6
@@ -217,7 +223,7 @@ class Guard:
         stored = self._way_out
         assert stored is not None
         first = self._beginning(now, own, self._sent, stored.velocity_mps, 0.0)
-        found = self._search.toward(now, first, stored.end_m, stored.speed_mps)
+        found = self._search.toward(now, first, stored.end_m, stored.speed_mps, stored.wait_s(now))
         if self._search.is_clear(found, now, clearance):
             self._way_out = found
 

@@ -17,6 +17,8 @@ SLOW_HEADINGS = 8
 SLOWER = 0.5  # the second speed tried, a share of the first
 STOPS_S = (8.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 300.0)
 TURN_COST_S = 60.0  # a way out against the wanted direction counts as this much longer
+WAITS_S = (15.0, 30.0, 60.0, 90.0)  # before a run, where none can begin at once
+WAITING_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0))  # points while it comes to rest
 TRIES = 3  # best candidates verified to the end
 SOON_S = 1e-3  # a moment this short before stopping is no point of its own
 
@@ -30,6 +32,35 @@ class Beginning:
     east_m: FloatArray
     end_s: float
     end: Motion
+
+    def waiting(self, wait_s: float, lag_s: float) -> "Beginning":
+        """The same, and coming to rest for `wait_s` after it."""
+        if wait_s <= 0:
+            return self
+        later = np.concatenate((np.zeros(1), WAITING_S, np.arange(12.0, wait_s, 4.0)))
+        t = np.append(later[later < wait_s], wait_s)
+        end, faded = self.end, np.exp(-t / lag_s)
+        v_north = end.forward_mps * math.cos(end.heading_rad) + end.aside_north_mps
+        v_east = end.forward_mps * math.sin(end.heading_rad) + end.aside_east_mps
+        north, east = (
+            end.north_m + v_north * lag_s * (1 - faded),
+            end.east_m + v_east * lag_s * (1 - faded),
+        )
+        left = float(faded[-1])
+        return Beginning(
+            np.concatenate((self.t_s, self.end_s + t[:-1])),
+            np.concatenate((self.north_m, north[:-1])),
+            np.concatenate((self.east_m, east[:-1])),
+            self.end_s + wait_s,
+            Motion(
+                float(north[-1]),
+                float(east[-1]),
+                end.heading_rad,
+                end.forward_mps * left,
+                end.aside_north_mps * left,
+                end.aside_east_mps * left,
+            ),
+        )
 
 
 class Search:
@@ -47,8 +78,16 @@ class Search:
         self._turn = np.concatenate(turns)
         self._speeds = np.repeat((speed_mps, SLOWER * speed_mps), (HEADINGS, SLOW_HEADINGS))
 
-    def toward(self, now: Instant, first: Beginning, end_m: tuple[float, float], speed_mps: float) -> WayOut:
-        """The way out from `first` to a place; whether it is clear is another question."""
+    def toward(
+        self,
+        now: Instant,
+        first: Beginning,
+        end_m: tuple[float, float],
+        speed_mps: float,
+        wait_s: float = 0.0,
+    ) -> WayOut:
+        """The way out from `first` to a place, waiting before; whether it is clear is another question."""
+        first = first.waiting(wait_s - first.end_s, self._lag_s)
         north, east = end_m[0] - first.end.north_m, end_m[1] - first.end.east_m
         distance = math.hypot(north, east)
         if speed_mps <= 0 or distance <= speed_mps * self._lag_s:
@@ -64,10 +103,19 @@ class Search:
         return self._straight(now, first, first.end.heading_rad, 0.0, STOPS_S[0], verified=True)
 
     def best(
-        self, now: Instant, first: Beginning, wanted: tuple[float, float], clearance: Clearance
+        self,
+        now: Instant,
+        first: Beginning,
+        wanted: tuple[float, float],
+        clearance: Clearance,
+        wait_s: float = 0.0,
     ) -> tuple[WayOut | None, WayOut]:
-        """The verified way out nearest to what is wanted, if there is one; and the least bad one."""
+        """The verified way out nearest to what is wanted, if there is one; and the least bad one.
+
+        With `wait_s` every run begins only after waiting so long.
+        """
         toward = math.atan2(wanted[1], wanted[0]) if math.hypot(*wanted) > 0.1 else first.end.heading_rad
+        first = first.waiting(wait_s, self._lag_s)
         direction = np.append(toward + self._turn, first.end.heading_rad)
         speeds = np.append(self._speeds, 0.0)
         north, east, speed = self._runner.paths(first.end, direction, speeds)
@@ -152,6 +200,7 @@ class Search:
             velocity_mps=(speed * math.cos(direction), speed * math.sin(direction)),
             stop_s=first.end_s + stop_s,
             verified=verified,
+            run_s=first.end_s,
         )
 
 
