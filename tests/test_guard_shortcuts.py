@@ -94,6 +94,13 @@ class Checked(Guard):
     wanted: Velocity | None = None
 
 
+def moved(rng: np.random.Generator, ships: Tracks) -> Tracks:
+    """The next picture: each ship where it was, or nearly, or somewhere else."""
+    far, n = rng.choice((0.0, 1.0, 300.0)), len(ships)
+    north, east = (place + far * rng.normal(0, 1, n) for place in (ships.north_m, ships.east_m))
+    return replace(ships, revision=2, north_m=north, east_m=east)
+
+
 def fly(seed: int, settings: Config, seconds: int = 40) -> Checked:
     """A wandering planner among random ships; twice a second, and one new report on the way."""
     rng = np.random.default_rng(seed)
@@ -105,11 +112,13 @@ def fly(seed: int, settings: Config, seconds: int = 40) -> Checked:
         if rng.random() < 0.1:
             angle = rng.uniform(-math.pi, math.pi)
             wanted = (2.5 * math.cos(angle), 2.5 * math.sin(angle), 0.0)
-        if step == seconds:
-            ships = replace(ships, revision=2, east_m=ships.east_m + rng.normal(0, 1, len(ships)))
         here = OwnState(now, state.north_m, state.east_m, 45.0, state.velocity_ned_mps, state.heading_rad)
-        guard.wanted = wanted
-        verdict = guard.check(now, here, heartbeat(0.5 * step), ships, 1, wanted)
+        said = None if step and rng.random() < 0.2 else wanted
+        if step == seconds:
+            ships = moved(rng, ships)
+            said = None if rng.random() < 0.5 else wanted
+        guard.wanted = said
+        verdict = guard.check(now, here, heartbeat(0.5 * step), ships, 1, said)
         assert verdict.velocity_ned_mps is not None
         for _ in range(5):
             state = hull.step(state, Demand(verdict.velocity_ned_mps), 0.1)

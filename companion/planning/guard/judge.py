@@ -98,6 +98,9 @@ class Guard:
     ) -> Velocity:
         """The velocity to fly."""
         self._flown = None
+        renewed = self._new_information or self._watch.has_jumped
+        if renewed:  # what was proven cheaply was proven of other sets, whatever is wanted now
+            self._berth = self._beside = None
         slices = self._slices
         if slices is None or not len(slices):
             self._way_out = self._stopping = None
@@ -115,7 +118,7 @@ class Guard:
             text = f"{int(clearance.unknown.sum())} ships silent for too long can be here: holding"
             reasons.append(Reason("guard.unknown_water", text))
             wanted = (*self._creep((0.0, 0.0), own), wanted[2])
-        if self._way_out is not None and (self._new_information or self._watch.has_jumped):
+        if self._way_out is not None and renewed:
             self._reverify(now, clearance, reasons)
         if is_wanted and self._leaves_a_way_out(now, own, wanted, clearance):
             return wanted
@@ -143,8 +146,6 @@ class Guard:
     def _lies_free(self, now: Instant, own: OwnState, slices: Slices) -> bool:
         """Whether stopping is a way out, whatever is flown for a period."""
         needed_m = to_stop_m(now, own, self._config)
-        if self._new_information or self._watch.has_jumped:
-            self._berth = None
         berth = self._berth
         if berth is None or (not berth.holds(now, own, needed_m) and berth.may_be_better(now, own, needed_m)):
             self._berth = berth = Berth.around(own, slices, now, self._margins(now), self._config)
@@ -168,8 +169,6 @@ class Guard:
 
     def _stays_beside(self, now: Instant, own: OwnState, wanted: Velocity) -> bool:
         """Whether the way out after `wanted` is so near to one verified in full that it is verified too."""
-        if self._new_information or self._watch.has_jumped:
-            self._beside = None
         if self._beside is None:
             return False
         verified = self._beside.way_out
