@@ -23,7 +23,6 @@ from companion.planning.field import ExactRepulsion
 from companion.planning.model_file import (
     METADATA_KEY,
     REMEDY,
-    UNKNOWN_HEADING_RAD,
     Metadata,
     check_agreement,
     decode_metadata,
@@ -32,7 +31,7 @@ from companion.planning.model_file import (
 from companion.planning.rows import COLUMNS, ContactRows
 from companion.reach.kernel import Kernel, nearest
 
-SPEED, SPEED_NOISE, HEADING_ERROR = map(COLUMNS.index, ("speed_mps", "speed_noise_mps", "heading_error_rad"))
+AGE, UNTIL, SPEED, SPEED_NOISE = map(COLUMNS.index, ("age_s", "until_age_s", "speed_mps", "speed_noise_mps"))
 INPUT = "contacts"
 OUTPUTS = ["distance_m", "away", "repulsion"]
 MOST_AT_ONCE = 1000  # rows whose intermediate numbers still fit the processor's cache
@@ -43,6 +42,7 @@ def open_session(content: bytes, origin: str) -> ort.InferenceSession:
     options = ort.SessionOptions()
     options.intra_op_num_threads = 1
     options.inter_op_num_threads = 1
+    options.enable_mem_reuse = False  # the numbers of a call fit the cache; looking for room costs more
     options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
     options.log_severity_level = 4
     try:
@@ -82,7 +82,7 @@ class NetworkRepulsion:
         self.metadata = metadata
         self.digest = digest  # sha256 of the model file, hexadecimal
         self._exact = exact
-        self._rows = ContactRows()
+        self._rows = ContactRows(circles=metadata.kind == "support")
         self._boxes, self._far_m = Boxes(), far_from_m
         self._low = np.array([i.low for i in metadata.inputs])
         self._high = np.array([i.high for i in metadata.inputs])
@@ -125,14 +125,13 @@ class NetworkRepulsion:
     def in_range(self, rows: FloatArray) -> BoolArray:
         """(n,) whether a row lies in the ranges the network was made for.
 
-        Beyond the ranges of its metadata, two conditions: a heading error above
-        `UNKNOWN_HEADING_RAD` is inside (the hull is its circle then), and a ship slower than its
-        speed noise is outside (it may drift astern).
+        Beyond the ranges of its metadata, two conditions: a ship slower than its speed noise is outside
+        (it may drift astern), and so is a tube that ends before it begins.
         """
         inside = (rows >= self._low) & (rows <= self._high)
-        inside[:, HEADING_ERROR] |= rows[:, HEADING_ERROR] > UNKNOWN_HEADING_RAD
-        rowwise: BoolArray = inside.all(axis=1) & (rows[:, SPEED] >= rows[:, SPEED_NOISE])
-        return rowwise
+        inside[:, SPEED] &= rows[:, SPEED] >= rows[:, SPEED_NOISE]
+        inside[:, UNTIL] &= rows[:, UNTIL] >= rows[:, AGE]
+        return np.asarray(inside.all(axis=1))
 
     def run(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The network itself: rows (n, 15) to distance (n,), away (n, 2), repulsion (n, 2)."""
