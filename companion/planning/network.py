@@ -27,13 +27,13 @@ from companion.planning.model_file import (
     decode_metadata,
     read_bytes,
 )
-from companion.planning.rows import COLUMNS, ContactRows
+from companion.planning.rows import COLUMNS, TURNING_COLUMNS, ContactRows
 from companion.reach.kernel import Kernel, nearest
 
 SPEED, SPEED_NOISE, HEADING_ERROR = map(COLUMNS.index, ("speed_mps", "speed_noise_mps", "heading_error_rad"))
 INPUT = "contacts"
 OUTPUTS = ["distance_m", "away", "repulsion"]
-MOST_AT_ONCE = 1000  # rows whose intermediate numbers still fit the processor's cache
+MOST_AT_ONCE = {len(COLUMNS): 1000, len(TURNING_COLUMNS): 10}  # rows whose numbers still fit the cache
 
 
 def open_session(content: bytes, origin: str) -> ort.InferenceSession:
@@ -53,10 +53,10 @@ def open_session(content: bytes, origin: str) -> ort.InferenceSession:
 
 
 def infer(session: ort.InferenceSession, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Distance (n,), away (n, 2) and repulsion (n, 2) of rows (n, 15): one call, or one per thousand rows."""
+    """Distance (n,), away (n, 2) and repulsion (n, 2) of rows: one call, or one for as many as fit the cache."""
+    step = MOST_AT_ONCE[rows.shape[1]]
     parts = [
-        session.run(OUTPUTS, {INPUT: rows[first : first + MOST_AT_ONCE]})
-        for first in range(0, max(len(rows), 1), MOST_AT_ONCE)
+        session.run(OUTPUTS, {INPUT: rows[first : first + step]}) for first in range(0, max(len(rows), 1), step)
     ]
     if len(parts) == 1:
         distance, away, velocity = parts[0]
