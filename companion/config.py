@@ -138,10 +138,15 @@ class Planner(Section, frozen=True):
 
 
 class RepulsionChoice(Section, frozen=True):
-    """Who computes the repulsion: the network or the exact sets.  `model`: a file, or a name in models/."""
+    """Who computes the repulsion: the network or the exact sets.
+
+    `model`: a file, or a name in models/; `turning_model` the same for ships that turn, or "" for the exact
+    sets there.
+    """
 
     kind: Literal["network", "exact"] = "network"
     model: str = "straight"
+    turning_model: str = "turning"
 
 
 class Guard(Section, frozen=True):

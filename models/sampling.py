@@ -58,8 +58,9 @@ def around(rng: np.random.Generator, n: int, domain: Domain, low_m: float, high_
     if tuple(domain) == COLUMNS:
         return place(rng, ships(rng, n, domain), low_m, high_m)
     parts = []
-    for _ in range(0, n, AT_ONCE):
-        rows = np.repeat(ships(rng, AT_ONCE // PLACES, domain), PLACES, axis=0)
+    for first in range(0, n, AT_ONCE):
+        count = -(-min(AT_ONCE, n - first) // PLACES)
+        rows = np.repeat(ships(rng, count, domain), PLACES, axis=0)
         parts.append(place(rng, rows, low_m, high_m))
     return np.concatenate(parts)[:n]
 

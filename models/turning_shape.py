@@ -14,7 +14,7 @@ from companion.messages import FloatArray
 from models.checkpoint import Checkpoint
 from models.layers import Layers
 from models.loop import Progress, descend
-from models.spec import TurningSpec
+from models.spec import TurningNetwork, TurningSpec
 from models.turning_bounds import teacher
 
 HALF = np.pi / 2
@@ -48,7 +48,7 @@ def train(spec: TurningSpec, checkpoint: Checkpoint | None, progress: Progress) 
     with torch.no_grad():
         inner = np.concatenate((first.weight.T.numpy(), first.bias.numpy()[None]))
         outer = np.concatenate((last.weight.numpy()[0], last.bias.numpy()))
-    inner, outer = settle(inner, outer, network.nodes, network.fit_steps, progress)
+    inner, outer = settle(network, inner, outer, progress)
     inner = SCALE @ inner
     return Layers(
         (_round32(inner[:2]), _round32(outer[:-1, None])), (_round32(inner[2]), _round32(outer[-1:]))
@@ -56,38 +56,40 @@ def train(spec: TurningSpec, checkpoint: Checkpoint | None, progress: Progress) 
 
 
 def settle(
-    inner: FloatArray, outer: FloatArray, nodes: int, steps: int, progress: Progress
+    network: TurningNetwork, inner: FloatArray, outer: FloatArray, progress: Progress
 ) -> tuple[FloatArray, FloatArray]:
     """Least squares over a grid that is denser at the ends; `inner` (3, hidden), `outer` (hidden + 1,)."""
-    ends = (1 - np.cos(np.linspace(0, np.pi, nodes))) / 2 * HALF
+    ends = (1 - np.cos(np.linspace(0, np.pi, network.nodes))) / 2 * HALF
     x, y = np.meshgrid(ends, ends)
     sweep = np.column_stack((x[x <= y], y[x <= y]))
     features = np.column_stack((sweep, np.ones(len(sweep)))) @ SCALE
-    target = teacher(*sweep.T)
-    one, damping = np.ones((len(sweep), 1)), 1e-2
-    layer = np.tanh(features @ inner)
-    off = layer @ outer[:-1] + outer[-1] - target
-    for step in range(steps):
-        slope = (1 - layer * layer) * outer[:-1]
+    target, damping = teacher(*sweep.T), 1e-2
+
+    def errors(weights: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        layer = np.tanh(features @ weights[: inner.size].reshape(inner.shape))
+        off = layer @ weights[inner.size : -1] + weights[-1] - target
+        return layer, off, float(off @ off)
+
+    weights = np.concatenate((inner.ravel(), outer))
+    layer, off, cost = errors(weights)
+    for step in range(network.fit_steps):
+        slope = (1 - layer * layer) * weights[inner.size : -1]
         jacobian = (features[:, :, None] * slope[:, None, :]).reshape(len(sweep), -1)
-        jacobian = np.concatenate((jacobian, layer, one), axis=1)
+        jacobian = np.concatenate((jacobian, layer, np.ones((len(sweep), 1))), axis=1)
         curvature, gradient = jacobian.T @ jacobian, jacobian.T @ off
         while damping < MOST_DAMPING:
             move = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature) + 1e-12), gradient)
-            new_inner = inner - move[: inner.size].reshape(inner.shape)
-            new_outer = outer - move[inner.size :]
-            new_layer = np.tanh(features @ new_inner)
-            new_off = new_layer @ new_outer[:-1] + new_outer[-1] - target
-            if new_off @ new_off < off @ off:
+            new = errors(weights - move)
+            if new[2] < cost:
                 break
             damping *= 4
         else:
             break
-        inner, outer, layer, off = new_inner, new_outer, new_layer, new_off
+        weights, (layer, off, cost) = weights - move, new
         damping = max(damping / 3, LEAST_DAMPING)
         if step % 100 == 0:
-            progress("fit", step / steps, f"greatest error {np.abs(off).max():.3g}")
-    return inner, outer
+            progress("fit", step / network.fit_steps, f"greatest error {np.abs(off).max():.3g}")
+    return weights[: inner.size].reshape(inner.shape), weights[inner.size :]
 
 
 def _round32(values: FloatArray) -> FloatArray:

@@ -22,7 +22,7 @@ import numpy as np
 from companion.messages import FloatArray
 from companion.planning.onnx_weights import float_constants
 
-CELLS = 500  # in either angle
+CELLS = 1000  # in either angle
 ROUNDING = 1e-12
 CHUNK = 20_000
 MOST_ABOVE = "most_above"
