@@ -89,10 +89,10 @@ def ships(rng: np.random.Generator, n: int, domain: Domain) -> FloatArray:
         rows[:, error] = np.where(rng.uniform(size=n) < 0.8, rows[:, error], np.pi)
     small = np.where(rng.uniform(size=n) < 0.7, 0.3, 1.0)[:, None]
     rows[:, hull] = low[hull] + small * (rows[:, hull] - low[hull])
-    speed, noise = column["speed_mps"], column["speed_noise_mps"]
+    speed, noise, until = column["speed_mps"], column["speed_noise_mps"], column["until_age_s"]
     rows[:, noise] = np.minimum(rows[:, noise], rows[:, speed])
     rows[:, column["age_s"]] = np.round(rows[:, column["age_s"]], 6)
-    if columns == TURNING_COLUMNS:
+    if columns == TURNING_COLUMNS and low[until] < high[until]:
         _turn(rng, rows, low, high)
     return rows
 
@@ -136,3 +136,27 @@ def place(
         distance, away = exact(rows)
         rows[:, :2] += (wanted - distance)[:, None] * away
     return rows
+
+
+def crowded(
+    rng: np.random.Generator, ship: FloatArray, places: int, low_m: float, high_m: float, *, logarithmic: bool = False
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Many places around one turning ship (17,): rows (places, 17), true distance and direction."""
+    ship = ship.copy()
+    ship[:2] = 0.0
+    until = max(ship[AGE], ship[AGE + 1])
+    sets = reach.tube(tracks_of(ship[None]), NOW, until)
+    tau = rng.uniform(ship[AGE], until, places)
+    way = ship[2] + ship[len(COLUMNS)] * tau / 2
+    at = ship[3] * tau[:, None] * np.column_stack((np.cos(way), np.sin(way)))
+    at += rng.normal(scale=rng.choice([50.0, 300.0]), size=at.shape)
+    for _ in range(2):
+        distance, away = sets.nearest_many(at)
+        wanted = rng.uniform(low_m, high_m, places)
+        if logarithmic:
+            wanted = np.exp(rng.uniform(np.log(low_m), np.log(high_m), places))
+        at += (wanted - distance[:, 0])[:, None] * away[:, 0]
+    rows = np.repeat(ship[None], places, axis=0)
+    rows[:, :2] = at
+    distance, away = sets.nearest_many(at)
+    return rows, distance[:, 0], away[:, 0]

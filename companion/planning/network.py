@@ -23,7 +23,6 @@ from companion.planning.model_file import (
     KEY,
     METADATA_KEY,
     REMEDY,
-    TURNING,
     UNKNOWN_HEADING_RAD,
     Metadata,
     check_agreement,
@@ -101,8 +100,9 @@ class Network:
         have = ([i.name for i in session.get_inputs()], [o.name for o in session.get_outputs()])
         if have != ([INPUT], OUTPUTS) or session.get_inputs()[0].shape[1:] != [len(metadata.inputs)]:
             raise ModelError(f"{key} = '{origin}': inputs or outputs are not ours; {REMEDY}")
-        if (metadata.kind == TURNING) != (key == TURNING_KEY):
-            raise ModelError(f"{key} = '{origin}': a {metadata.kind} network, which is not for it; {REMEDY}")
+        if metadata.turns() != (key == TURNING_KEY):
+            verb = "turn" if metadata.turns() else "keep their course"
+            raise ModelError(f"{key} = '{origin}': made for ships that {verb}; {REMEDY}")
         check_agreement(metadata, config, origin, key)
         low, high = (np.array([getattr(i, end) for i in metadata.inputs]) for end in ("low", "high"))
         return cls(session, metadata, hashlib.sha256(content).hexdigest(), low, high)
@@ -118,7 +118,7 @@ class Network:
         inside = (rows >= self.low) & (rows <= self.high)
         inside[:, HEADING_ERROR] |= rows[:, HEADING_ERROR] > UNKNOWN_HEADING_RAD
         rowwise: BoolArray = inside.all(axis=1) & (rows[:, SPEED] >= rows[:, SPEED_NOISE])
-        if self.metadata.kind == TURNING:
+        if self.metadata.turns():
             rate, error = np.abs(rows[:, -2]), rows[:, -1]
             until = np.ceil(np.maximum(rows[:, AGE], rows[:, UNTIL]))
             turned = until * (rate + error + np.maximum(error - rate, 0.0))
