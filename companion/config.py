@@ -88,8 +88,8 @@ class Contacts(Section, frozen=True):
     `validity_s` after a report; from then on the ship may do anything up to `top_speed_mps`.  Below
     `slow_below_mps` a course means nothing: such a ship may go any way at that speed.
 
-    A ship whose sensor of turn reports at least `turning_above_radps` (0: none) is taken to turn at that rate,
-    within `turn_rate_error_radps`, or to end its turn at any moment.
+    A ship whose sensor of turn reports at least `turning_above_radps` (0: none) is taken to turn at that
+    rate, within `turn_rate_error_radps`, or to end its turn at any moment.
 
     `bounds_file`, written by `companion calibrate` (a file, or a name in models/), replaces the noise bounds
     of ships under way by how far recorded ships strayed, such that a share `bounds_level` of them stayed

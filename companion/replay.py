@@ -59,7 +59,10 @@ def replay(path: Path, tolerance: Tolerance = EXACT) -> Replayed:
     notes = tuple(
         f"the {name} differs: recorded {(recorded or '')[:12]}, here {digest[:12]}"
         for name, recorded, digest in zip(
-            ("model", "turning model"), (session.model_sha256, session.turning_model_sha256), here, strict=True
+            ("model", "turning model"),
+            (session.model_sha256, session.turning_model_sha256),
+            here,
+            strict=True,
         )
         if (recorded or "") != digest and (recorded or name == "model")  # older logs knew of no second one
     )

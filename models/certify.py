@@ -1,7 +1,8 @@
 """Make the certificate of a support model: `companion certify MODEL`.
 
 The learned weights are read back from the ONNX file itself and enclosed by interval arithmetic with
-branch and bound (`models.bounds`, `models.turning_bounds`); `companion.planning.certificate` proves it again another way.
+branch and bound (`models.bounds`, `models.turning_bounds`); `companion.planning.certificate` proves it
+again another way.
 """
 
 import hashlib

@@ -14,7 +14,7 @@ NOW = Instant(10_000 * NS_PER_S)
 
 
 def tracks_of(rows: FloatArray) -> Tracks:
-    """Contacts (n, 15), or (n, 17) that turn, as tracks at `NOW`, antennas placed so that the vehicle is at the origin."""
+    """Contacts (n, 15), or (n, 17) that turn, as tracks at `NOW`; the vehicle is at the origin."""
     n, turns = len(rows), rows.shape[1] == len(TURNING_COLUMNS)
     column = dict(zip(TURNING_COLUMNS if turns else COLUMNS, rows.T, strict=True))
     turning = {name: column[name] for name in TURNING_COLUMNS[len(COLUMNS) :]} if turns else {}
@@ -93,12 +93,12 @@ def ships(rng: np.random.Generator, n: int, domain: Domain) -> FloatArray:
     rows[:, noise] = np.minimum(rows[:, noise], rows[:, speed])
     rows[:, column["age_s"]] = np.round(rows[:, column["age_s"]], 6)
     if columns == TURNING_COLUMNS and low[until] < high[until]:
-        _turn(rng, rows, low, high)
+        _turn(rng, rows, high)
     return rows
 
 
-def _turn(rng: np.random.Generator, rows: FloatArray, low: FloatArray, high: FloatArray) -> None:
-    """Tubes of any length up to the domain's, and turns of any rate that keep all courses within half a turn."""
+def _turn(rng: np.random.Generator, rows: FloatArray, high: FloatArray) -> None:
+    """Tubes of any length up to the domain's, turns of any rate that keep all courses within half a turn."""
     n, until, rate = len(rows), COLUMNS.index("until_age_s"), len(COLUMNS)
     rows[:, HEADING_ERROR] *= rng.uniform(size=n) ** 3
     rows[:, AGE] *= rng.uniform(size=n) ** 2
@@ -139,7 +139,13 @@ def place(
 
 
 def crowded(
-    rng: np.random.Generator, ship: FloatArray, places: int, low_m: float, high_m: float, *, logarithmic: bool = False
+    rng: np.random.Generator,
+    ship: FloatArray,
+    places: int,
+    low_m: float,
+    high_m: float,
+    *,
+    logarithmic: bool = False,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Many places around one turning ship (17,): rows (places, 17), true distance and direction."""
     ship = ship.copy()

@@ -83,7 +83,11 @@ def run(name: str, points: int, seed: int = 0, *, show: bool = False) -> Verdict
 
 
 def _under_turning(
-    session: InferenceSession, rng: np.random.Generator, n: int, domain: sampling.Domain, band: tuple[float, float]
+    session: InferenceSession,
+    rng: np.random.Generator,
+    n: int,
+    domain: sampling.Domain,
+    band: tuple[float, float],
 ) -> FloatArray:
     """(n,) true minus claimed distance, at many places around each of a few ships that turn."""
     parts = []

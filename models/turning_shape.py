@@ -27,7 +27,9 @@ def train(spec: TurningSpec, checkpoint: Checkpoint | None, progress: Progress) 
     """The same seed gives the same layers; weights (2, hidden) and (hidden, 1), rounded to float32."""
     network = spec.network
     torch.manual_seed(spec.seed)
-    first, last = (nn.Linear(a, b, dtype=torch.float64) for a, b in ((2, network.hidden), (network.hidden, 1)))
+    first, last = (
+        nn.Linear(a, b, dtype=torch.float64) for a, b in ((2, network.hidden), (network.hidden, 1))
+    )
     whole = nn.Sequential(first, nn.Tanh(), last)
 
     def loss_on(rng: np.random.Generator) -> torch.Tensor:

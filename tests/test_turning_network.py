@@ -110,7 +110,9 @@ def test_both_networks_answer_for_their_ships_and_the_exact_field_for_the_rest()
     rate[0] = 0.5  # out of range
     noise = np.minimum(tracks.course_noise_rad, 0.05)
     heading = np.full(12, np.pi)
-    tracks = replace(tracks, model=model, turn_rate_radps=rate, course_noise_rad=noise, heading_error_rad=heading)
+    tracks = replace(
+        tracks, model=model, turn_rate_radps=rate, course_noise_rad=noise, heading_error_rad=heading
+    )
     here = np.zeros(2)
     answer = NetworkRepulsion.load("straight", CONFIG)(tracks, sampling.NOW, rows[:, UNTIL], here)
     exact = ExactRepulsion(CONFIG.field)(tracks, sampling.NOW, rows[:, UNTIL], here)
@@ -155,9 +157,9 @@ def with_weight(name: str, index: int, change: float) -> bytes:
     return CONTENT[:at] + np.float32(values.ravel()[index] + change).tobytes() + CONTENT[at + 4 :]
 
 
-def test_it_is_certified_below_six_centimetres_up_to_twelve_metres_a_second_and_ten_minutes() -> None:
+def test_it_is_certified_below_nine_centimetres_up_to_twelve_metres_a_second_and_ten_minutes() -> None:
     held = certificate.check("turning")
-    assert held.eps_m["speed 0.5-12 m/s with 0.05 m/s noise, T = 600 s"] <= 0.06
+    assert held.eps_m["speed 0.5-12 m/s with 0.05 m/s noise, T = 600 s"] <= 0.09
     assert held.domain == DOMAIN
 
 
@@ -167,7 +169,13 @@ def test_making_the_certificate_again_gives_the_same_one(copy: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "index", "change"),
-    [("weight0", 5, 1e-3), ("bias0", 2, 1e-3), ("weight1", 3, -1e-3), ("bias1", 0, -1e-4), ("most_above", 0, -3e-6)],
+    [
+        ("weight0", 5, 1e-3),
+        ("bias0", 2, 1e-3),
+        ("weight1", 3, -1e-3),
+        ("bias1", 0, -1e-4),
+        ("most_above", 0, -3e-6),
+    ],
 )
 def test_one_changed_weight_is_refused_even_under_a_fresh_seal(
     copy: Path, name: str, index: int, change: float

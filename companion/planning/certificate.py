@@ -1,6 +1,7 @@
 """The certificate beside a model, and its check: seconds, no torch, another method than its maker.
 
-A turning network's proof is in `turning_proof`.  Of a support network is proven, for every course noise w in the model's range and every grid direction b:
+A turning network's proof is in `turning_proof`.  Of a straight ship's network is proven, for every course
+noise w in the model's range and every grid direction b:
 
     0 <= [cos b + N^(w)] - cos(max(|b| - w, 0)) <= eps
 
@@ -101,9 +102,8 @@ def _prove_support(content: bytes, certificate: Certificate) -> str:
     eps = certificate.eps_per_metre_of_reach
     if low >= 0 and high <= eps:
         return ""
-    return (
-        f"learned minus true support, per metre of reach, is in [{low:.3g}, {high:.3g}], not in [0, {eps:.3g}]"
-    )
+    found = f"[{low:.3g}, {high:.3g}], not in [0, {eps:.3g}]"
+    return f"learned minus true support, per metre of reach, is in {found}"
 
 
 def _prove_turning(content: bytes, certificate: Certificate) -> str:

@@ -93,8 +93,7 @@ def decode_metadata(text: str | None, origin: str, key: str = KEY) -> Metadata:
         raise ModelError(f"{key} = '{origin}': unreadable metadata: {error}; {REMEDY}") from None
     if metadata.schema != SCHEMA:
         raise ModelError(
-            f"{key} = '{origin}': metadata schema {metadata.schema}, "
-            f"this release reads {SCHEMA}; {REMEDY}"
+            f"{key} = '{origin}': metadata schema {metadata.schema}, this release reads {SCHEMA}; {REMEDY}"
         )
     names = TURNING_COLUMNS if metadata.turns() else COLUMNS
     if tuple(i.name for i in metadata.inputs) != names or metadata.turns() < (metadata.kind == TURNING):

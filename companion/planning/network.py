@@ -62,16 +62,15 @@ def open_session(content: bytes, origin: str, key: str = KEY) -> ort.InferenceSe
         return ort.InferenceSession(content, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # onnxruntime's own exception classes are private
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise ModelError(
-            f"{key} = '{origin}': onnxruntime cannot read it ({reason}); {REMEDY}"
-        ) from None
+        raise ModelError(f"{key} = '{origin}': onnxruntime cannot read it ({reason}); {REMEDY}") from None
 
 
 def infer(session: ort.InferenceSession, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Distance (n,), away (n, 2) and repulsion (n, 2) of rows: one call, or one for as many as fit the cache."""
+    """Distance (n,), away (n, 2) and repulsion (n, 2) of rows; one call for as many as fit the cache."""
     step = MOST_AT_ONCE[rows.shape[1]]
     parts = [
-        session.run(OUTPUTS, {INPUT: rows[first : first + step]}) for first in range(0, max(len(rows), 1), step)
+        session.run(OUTPUTS, {INPUT: rows[first : first + step]})
+        for first in range(0, max(len(rows), 1), step)
     ]
     if len(parts) == 1:
         distance, away, velocity = parts[0]
@@ -146,9 +145,7 @@ class NetworkRepulsion:
         self.digest, self.turning_digest = network.digest, turning.digest if turning else ""
 
     @classmethod
-    def load(
-        cls, path_or_name: str | Path, config: Config, kernel: Kernel = nearest
-    ) -> "NetworkRepulsion":
+    def load(cls, path_or_name: str | Path, config: Config, kernel: Kernel = nearest) -> "NetworkRepulsion":
         """The model given, and the configuration's turning model; raises `ModelError` with the remedy.
 
         What falls back to the exact sets is computed by `kernel`.
