@@ -5,7 +5,7 @@ import numpy as np
 from companion import reach
 from companion.instant import NS_PER_S, Instant
 from companion.messages import FloatArray, Model, Tracks
-from companion.planning.rows import COLUMNS, TURNING_COLUMNS
+from companion.planning.rows import COLUMNS, TURNING_COLUMNS, as_circles
 
 Domain = dict[str, tuple[float, float]]
 AGE, COURSE_NOISE, HEADING_ERROR = map(COLUMNS.index, ("age_s", "course_noise_rad", "heading_error_rad"))
@@ -69,7 +69,8 @@ def ships(rng: np.random.Generator, n: int, domain: Domain) -> FloatArray:
     """(n, 15) uniform over the domain but for the position; ages whole nanoseconds.
 
     A fifth of the rows take each bound, one by one, at an end of its range; hulls are as often
-    ferries as boats; headings lie near the course or anywhere.
+    ferries as boats; headings lie near the course or anywhere, and a
+    fifth are unknown.
     """
     columns = tuple(domain)
     low, high = (np.array([domain[name][side] for name in columns]) for side in (0, 1))
@@ -91,9 +92,15 @@ def ships(rng: np.random.Generator, n: int, domain: Domain) -> FloatArray:
     rows[:, hull] = low[hull] + small * (rows[:, hull] - low[hull])
     speed, noise, until = column["speed_mps"], column["speed_noise_mps"], column["until_age_s"]
     rows[:, noise] = np.minimum(rows[:, noise], rows[:, speed])
-    rows[:, column["age_s"]] = np.round(rows[:, column["age_s"]], 6)
-    if columns == TURNING_COLUMNS and low[until] < high[until]:
-        _turn(rng, rows, high)
+    age = column["age_s"]
+    rows[:, age] = np.round(rows[:, age], 6)
+    rows[:, until] = np.maximum(rows[:, until], rows[:, age])
+    if columns == TURNING_COLUMNS:
+        if low[until] < high[until]:
+            _turn(rng, rows, high)
+        return rows
+    as_circles(rows)
+    rows[:, hull.stop - 1] = np.minimum(rows[:, hull.stop - 1], high[hull.stop - 1])
     return rows
 
 

@@ -151,8 +151,10 @@ def markdown(table: list[Row]) -> str:
         lines.append(f"| {row.name} | " + " | ".join(cells) + " |")
     lines += [
         "",
-        f"| p50 / p99 of {POINTS} points 5 to 10 m off, {TURNING_POINTS} of turning ships "
-        "| distance, m | direction, degrees | unsafe points |",
+        (
+            f"| p50 / p99 of {POINTS} points 5 to 10 m off, {TURNING_POINTS} of turning ships "
+            "| distance, m | direction, degrees | unsafe points |"
+        ),
         "| --- | --- | --- | --- |",
     ]
     for row in table:

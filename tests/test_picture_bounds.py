@@ -167,16 +167,12 @@ def test_a_ship_within_the_assumptions_is_wholly_inside_its_set(
 
 
 def test_a_ship_whose_sensor_says_so_is_taken_to_turn_or_to_end_its_turn() -> None:
-    assumptions = Assumptions(config.Contacts())
-    straight = assumptions.of(report(turn_rate_radps=0.002), None, TargetKind.CLASS_A)
-    turning = assumptions.of(report(turn_rate_radps=-0.01), None, TargetKind.CLASS_A)
-    assert straight.model == Model.STRAIGHT
-    assert turning.model == Model.TURNING
-    low = turning.turn_rate_radps - turning.turn_rate_error_radps
-    high = turning.turn_rate_radps + turning.turn_rate_error_radps
-    assert (low, high) == pytest.approx((-0.011, 0.001))
-    assert 200 < turning.validity_s < math.pi / 0.011
-    unknown = assumptions.of(report(turn_rate_radps=None), None, TargetKind.CLASS_A)
-    never = Assumptions(config.Contacts(turning_above_radps=0.0))
-    assert unknown.model == Model.STRAIGHT
-    assert never.of(report(turn_rate_radps=-0.01), None, TargetKind.CLASS_A).model == Model.STRAIGHT
+    turning = tracks(picture(report(0.0, turn_rate_radps=-0.01)), 0.0)
+    assert row(turning, "model") == Model.TURNING
+    rate, error = row(turning, "turn_rate_radps"), row(turning, "turn_rate_error_radps")
+    assert (rate - error, rate + error) == pytest.approx((-0.011, 0.001))
+    assert 200 < row(turning, "validity_s") < math.pi / 0.011
+    for slow in (None, 0.002):
+        assert row(tracks(picture(report(0.0, turn_rate_radps=slow)), 0.0), "model") == Model.STRAIGHT
+    never = picture(report(0.0, turn_rate_radps=-0.01), turning_above_radps=0.0)
+    assert row(tracks(never, 0.0), "model") == Model.STRAIGHT

@@ -18,7 +18,6 @@ METADATA_KEY = "companion"
 KEY = "repulsion.model"  # in the configuration
 SCHEMA = 1
 TURNING = "turning"
-UNKNOWN_HEADING_RAD = math.pi / 2  # a heading error above it counts as unknown, inside every range
 REMEDY = "train one with `companion train models/NAME.toml`, or set repulsion.kind = 'exact'"
 
 
