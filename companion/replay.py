@@ -55,10 +55,17 @@ def replay(path: Path, tolerance: Tolerance = EXACT) -> Replayed:
     """
     log = Log(path)
     companion = build.build(config.from_mapping(log.session.config, str(log.path)))
-    notes: tuple[str, ...] = ()
-    recorded_model = log.session.model_sha256 or ""
-    if recorded_model != companion.model_digest:
-        notes = (f"the model differs: recorded {recorded_model[:12]}, here {companion.model_digest[:12]}",)
+    session, here = log.session, (companion.model_digest, companion.turning_digest)
+    notes = tuple(
+        f"the {name} differs: recorded {(recorded or '')[:12]}, here {digest[:12]}"
+        for name, recorded, digest in zip(
+            ("model", "turning model"),
+            (session.model_sha256, session.turning_model_sha256),
+            here,
+            strict=True,
+        )
+        if (recorded or "") != digest and (recorded or name == "model")  # older logs knew of no second one
+    )
     return compare(log, companion.core, companion.encoder, tolerance, notes)
 
 

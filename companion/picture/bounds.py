@@ -7,6 +7,8 @@ the newest believed report itself.  What is assumed, in the order of the code:
   flagged), plus AIS's quantisation, plus the way the ship can make in the time stamp's error;
 - a ship under way keeps course and speed within `course_noise_rad` and `speed_noise_mps`, free to
   vary at every instant, for `validity_s` after the report (the paper's ship);
+- one whose sensor of turn reports `turning_above_radps` or more may go on turning at that rate, within
+  `turn_rate_error_radps`, or end the turn at any moment;
 - a ship slower than `slow_below_mps` keeps its speed within the same noise for the same time, but
   may go any way: a small growing disc, because a course at such speeds means nothing;
 - without speed, or without course at speed, anything up to the top speed: a disc;
@@ -49,6 +51,8 @@ class Bounds(NamedTuple):
     top_speed_mps: float
     validity_s: float
     model: float  # of `Model`; a float so that a row is one array
+    turn_rate_radps: float = 0.0
+    turn_rate_error_radps: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +93,8 @@ class Assumptions:
             validity_s=max(ship.validity_s - report.age_error_s, 0.0),
             model=float(Model.STRAIGHT if straight else Model.DISC),
         )
+        if straight and self.is_turning(report):
+            return self._as_turning(bounds, report)
         if self.learned is None:
             return bounds
         if spread_m is None or not (slow or straight):
@@ -110,6 +116,26 @@ class Assumptions:
             validity_s=max(SPREAD_AGES_S[-1] - report.age_error_s, 0.0),
             model=float(self.learned.model),
         )
+
+    def _as_turning(self, bounds: Bounds, report: ContactReport) -> Bounds:
+        """A ship in a turn may go on turning at its rate, or end the turn at any moment.
+
+        Believed for as long as that leaves half a circle of courses out.
+        """
+        assert report.turn_rate_radps is not None
+        rate, error = report.turn_rate_radps, self.contacts.turn_rate_error_radps
+        room_s = (math.pi - 2 * bounds.course_noise_rad) / (abs(rate) + 2 * error)
+        return bounds._replace(
+            validity_s=min(bounds.validity_s, math.floor(room_s)),
+            model=float(Model.TURNING),
+            turn_rate_radps=rate / 2,
+            turn_rate_error_radps=abs(rate) / 2 + error,
+        )
+
+    def is_turning(self, report: ContactReport) -> bool:
+        """Whether its sensor of turn says so; without one the report has no rate."""
+        least = self.contacts.turning_above_radps
+        return 0 < least <= abs(report.turn_rate_radps or 0.0)
 
     def is_slow(self, report: ContactReport) -> bool:
         """Too slow for its course to mean anything (and never slower than the noise can reverse)."""
