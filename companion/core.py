@@ -6,13 +6,12 @@ Pure: no clock, no I/O, no randomness.  The same ticks give the same decisions, 
 """
 
 import math
-from collections import Counter
 
 import numpy as np
 
-from companion import reach
 from companion.config import Config
 from companion.geodesy import MAX_RANGE_M, LocalFrame
+from companion.hearing import Hearing
 from companion.instant import Instant, after, elapsed_s
 from companion.loop import Tick
 from companion.messages import (
@@ -23,8 +22,6 @@ from companion.messages import (
     Decision,
     FloatArray,
     Heard,
-    Heartbeat,
-    Link,
     Outgoing,
     OwnPosition,
     OwnState,
@@ -34,30 +31,18 @@ from companion.messages import (
     Setpoint,
     Source,
     Status,
-    StatusText,
     Tracks,
-    UtcTime,
 )
 from companion.own import Ownship
 from companion.picture import Picture
+from companion.planning.ascent import Ascent
 from companion.planning.guard import Guard, Verdict
 from companion.planning.mission import Mission
 from companion.planning.steering import RepulsionField, Steering
-from companion.planning.surfacing import Surfacing
 from companion.requests import MessageRequests
 from companion.takeover import Takeover
-from companion.utc import UtcClock
-from companion.wire.ais_vessel import AisQuirk
-from companion.wire.aivdm import AivdmDecoder
-from companion.wire.mavlink import MavlinkDecoder
-from companion.wire.nmea2000 import Nmea2000Decoder
+from companion.telling import Telling, degrades, in_order
 
-HEARTBEAT_S = 1.0
-STATUSTEXT_REPEAT_S = 30.0
-NOTE = "note."  # reasons that inform and do not degrade; told once
-MOST_STATUSTEXTS = 3  # a step never floods the link
-RISE_WITHIN_M = 20.0  # of the place found free
-RISEN_M = 2.0  # a vehicle this much above its cruise depth is on its way up
 STEERING_WEIGHT = 0.01  # a repulsion below this share of full speed did not steer
 
 
@@ -66,38 +51,23 @@ class Core:
 
     def __init__(self, config: Config, repulsion: RepulsionField) -> None:
         self._config = config
-        self._utc = UtcClock()
-        self._mavlink = MavlinkDecoder(
-            system_id=config.autopilot.system_id,
-            component_id=config.autopilot.component_id,
-            quirk=AisQuirk(config.autopilot.ais_sender),
-        )
-        self._nmea2000 = Nmea2000Decoder(self._utc)
-        self._aivdm = AivdmDecoder(self._utc)
-        self._decoders: dict[Link, MavlinkDecoder | Nmea2000Decoder | AivdmDecoder] = {
-            Link.MAVLINK: self._mavlink,
-            Link.CAN: self._nmea2000,
-            Link.AIVDM: self._aivdm,
-        }
+        self._hearing = Hearing(config.autopilot)
         self._own = Ownship(config.autopilot)
         self._picture = Picture(config.contacts, surfaced_depth_m=config.vehicle.surfaced_depth_m)
         self._mission = Mission(config.vehicle, config.goal)
         self._steering = Steering(config, repulsion)
         self._guard = Guard(config)
-        self._surfacing = Surfacing(config)
-        self._rise_at: FloatArray | None = None
-        self._crossing_since = 0
+        self._ascent = Ascent(config)
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
         self._goal_m: FloatArray | None = None
         self._goal_range_m = 0.0
-        self._heartbeat_due: Instant | None = None
-        self._told: dict[str, Instant] = {}
+        self._telling = Telling()
 
     @property
     def system_id(self) -> int:
         """The vehicle's MAVLink system id, which is ours too; 0 until it is known."""
-        return self._mavlink.system_id
+        return self._hearing.system_id
 
     @property
     def frame(self) -> LocalFrame | None:
@@ -107,28 +77,20 @@ class Core:
     def step(self, tick: Tick) -> Decision:
         """Take what arrived and decide."""
         now = tick.t
-        self._hear(tick)
+        for heard in self._hearing.heard(tick):
+            self._take(heard)
         own = self._own.state()
         tracks = self._tracks(now)
         reasons = self._own.doubts(now) + self._picture.notes(now) + self._requests.notes()
         goal_m = self._goal(reasons)
-        to_goal_m = None if own is None or goal_m is None else own.distance_to_m(goal_m)
-        phase = self._mission.advance(
-            now,
-            self._own.is_ready(now),
-            own,
-            to_goal_m,
-            self._picture.reports_heard,
-            lambda: own is not None and self._water_is_clear(tracks, now, own, reasons),
-            lambda: self._must_rise(tracks, now, own, goal_m, reasons),
-        )
+        phase = self._phase(now, own, tracks, goal_m, reasons)
 
         push = pull = wanted = None
         if own is not None and goal_m is not None and phase is not Phase.WAIT:
             depth_m = self._mission.target_depth_m()
             aim_m = goal_m
-            if phase is Phase.RISE and self._rise_at is not None:
-                aim_m, depth_m = self._rise_at, self._rise_depth_m(tracks, now, own, depth_m)
+            if phase is Phase.RISE:
+                aim_m, depth_m = self._ascent.aim(now, own, tracks, depth_m) or (goal_m, depth_m)
             push = self._steering.repulsion(tracks, now, own, aim_m)
             pull = self._steering.attraction(own, aim_m, phase)
             wanted = self._steering.velocity(own, tracks, pull, push, depth_m)
@@ -138,7 +100,7 @@ class Core:
         reasons = [*verdict.reasons, *reasons, *self._explain(tracks, now, push)]  # the last word first
         status = _status(verdict, reasons)
         setpoint = self._setpoint(now, verdict)
-        counts = self._counts() if self._is_heartbeat_due(now) else {}
+        counts = self._counts() if self._telling.is_heartbeat_due(now) else {}
         return Decision(
             t=now,
             phase=phase,
@@ -159,11 +121,6 @@ class Core:
 
     # ------------------------------------------------------------ stages
 
-    def _hear(self, tick: Tick) -> None:
-        for frame in tick.frames:
-            for heard in self._decoders[frame.link].decode(frame):
-                self._take(heard)
-
     def _take(self, heard: Heard) -> None:
         match heard:
             case ContactReport():
@@ -176,8 +133,6 @@ class Core:
                 self._take_heartbeat(heard)
             case CommandAck():
                 self._requests.observe_ack(heard)
-            case UtcTime():
-                self._utc.observe(heard)
 
     def _take_heartbeat(self, heartbeat: AutopilotHeartbeat) -> None:
         last = self._own.heartbeat
@@ -203,50 +158,24 @@ class Core:
             return None
         return self._goal_m
 
-    def _must_rise(
+    def _phase(
         self,
-        tracks: Tracks,
         now: Instant,
         own: OwnState | None,
+        tracks: Tracks,
         goal_m: FloatArray | None,
         reasons: list[Reason],
-    ) -> bool:
-        """Whether new reports are needed and there is a place to get them."""
-        if own is None or goal_m is None or self._config.vehicle.cruise_depth_m == 0:
-            return False
-        if self._crossing_since != self._mission.crossings:
-            self._crossing_since = self._mission.crossings
-            self._surfacing.begin(now)
-        self._rise_at = self._surfacing.look(now, own, tracks, goal_m, reasons)
-        return self._rise_at is not None
-
-    def _rise_depth_m(self, tracks: Tracks, now: Instant, own: OwnState, below_m: float) -> float:
-        """The surface once the vehicle is where it may rise; what has begun to rise goes on."""
-        assert self._rise_at is not None
-        near = own.distance_to_m(self._rise_at) <= RISE_WITHIN_M
-        rising = own.depth_m < below_m - RISEN_M
-        return 0.0 if rising or (near and self._surfacing.is_free(now, own, tracks)) else below_m
-
-    def _water_is_clear(self, tracks: Tracks, now: Instant, own: OwnState, reasons: list[Reason]) -> bool:
-        """Whether the next phase may begin: no ship within delta here, nor overhead until we have risen."""
-        phase = self._mission.phase
-        if not len(tracks):
-            return True
-        vehicle = self._config.vehicle
-        dives = vehicle.cruise_depth_m > 0
-        rise_s = max(own.depth_m, 0.0) / vehicle.max_vertical_speed_mps if dives else 0.0
-        sets = reach.tube(tracks, now, tracks.age_s(now) + rise_s)
-        distance_m = sets.nearest(own.position_m).distance_m
-        clear = float(distance_m.min()) > self._config.field.delta_m + self._config.guard.own_position_error_m
-        if not clear:
-            mmsi = tracks.mmsi[int(np.argmin(distance_m))]
-            if phase is Phase.LISTEN:
-                reasons.append(Reason("plan.start_occupied", f"MMSI {mmsi} can be here already: not leaving"))
-            else:
-                where = "overhead before we have surfaced" if dives else "at the goal"
-                text = f"MMSI {mmsi} can be {where}"
-                reasons.append(Reason("plan.surface_occupied", text))
-        return clear
+    ) -> Phase:
+        if own is None or goal_m is None or not self._own.is_ready(now):
+            return self._mission.pause(now)
+        return self._mission.advance(
+            now,
+            own,
+            own.distance_to_m(goal_m),
+            self._picture.reports_heard,
+            lambda: self._ascent.is_clear(now, own, tracks, self._mission.phase, reasons),
+            lambda: self._ascent.must_rise(now, own, tracks, goal_m, self._mission.crossings, reasons),
+        )
 
     def _explain(self, tracks: Tracks, now: Instant, push: Repulsion | None) -> list[Reason]:
         """What an operator should know about the information steered by."""
@@ -281,27 +210,13 @@ class Core:
 
     # ------------------------------------------------------------ what is said
 
-    def _is_heartbeat_due(self, now: Instant) -> bool:
-        return self._heartbeat_due is None or now >= self._heartbeat_due
-
-    def _next_heartbeat(self, now: Instant) -> Instant:
-        """A second after the last one was due, not after it was sent: ticks come a little late."""
-        planned = after(self._heartbeat_due or now, HEARTBEAT_S)
-        return planned if planned > now else after(now, HEARTBEAT_S)
-
     def _outgoing(
         self, now: Instant, status: Status, reasons: list[Reason], setpoint: Setpoint | None
     ) -> tuple[Outgoing, ...]:
-        out: list[Outgoing] = []
-        if self.system_id and self._is_heartbeat_due(now):
-            self._heartbeat_due = self._next_heartbeat(now)
-            out.append(Heartbeat(status))
-        if setpoint is not None:
-            out.append(setpoint)
-        if self._own.heartbeat is not None:
-            out += self._commands(now)
-            out += self._texts(now, reasons)
-        return tuple(out)
+        heartbeat = self._telling.heartbeat(now, status) if self.system_id else []
+        if self._own.heartbeat is None:
+            return in_order(heartbeat, setpoint, [], [])
+        return in_order(heartbeat, setpoint, self._commands(now), self._telling.texts(now, reasons))
 
     def _commands(self, now: Instant) -> list[Command]:
         limits = self._config.autopilot
@@ -310,29 +225,14 @@ class Core:
             wanted.append(self._takeover.due(now, self._own.heartbeat))
         return [command for command in wanted if command is not None]
 
-    def _texts(self, now: Instant, reasons: list[Reason]) -> list[StatusText]:
-        """New reasons for the ground station, doubts again after a while."""
-        texts: list[StatusText] = []
-        for reason in reasons:
-            last = self._told.get(reason.code)
-            again = not reason.code.startswith(NOTE) and (
-                last is None or elapsed_s(last, now) > STATUSTEXT_REPEAT_S
-            )
-            if len(texts) < MOST_STATUSTEXTS and (last is None or again):
-                self._told[reason.code] = now
-                texts.append(StatusText(4, reason.text))
-        return texts
-
     def _counts(self) -> dict[str, int]:
-        merged: Counter[str] = Counter()
-        for part in (self._mavlink.counts, self._nmea2000.counts, self._aivdm.counts, self._picture.counts):
-            merged.update(part)
+        merged = self._hearing.counts()
+        merged.update(self._picture.counts)
         merged["own.position_jumps"] = self._own.jumps
-        merged["utc.steps"] = self._utc.steps
         return dict(sorted(merged.items()))
 
 
 def _status(verdict: Verdict, reasons: list[Reason]) -> Status:
     if verdict.velocity_ned_mps is None:
         return Status.CLOSED
-    return Status.DEGRADED if any(not r.code.startswith(NOTE) for r in reasons) else Status.OK
+    return Status.DEGRADED if any(map(degrades, reasons)) else Status.OK

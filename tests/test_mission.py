@@ -7,7 +7,9 @@ VEHICLE, GOAL = config().vehicle, config().goal
 
 
 def step(mission: Mission, at_s: float, depth_m: float, to_goal_m: float = 900.0, **over: object) -> Phase:
-    inputs = {"ready": True, "reports_heard": 1, "is_clear": lambda: True, **over}
+    if not over.pop("ready", True):
+        return mission.pause(instant(at_s))
+    inputs = {"reports_heard": 1, "is_clear": lambda: True, **over}
     return mission.advance(instant(at_s), own=own(depth_m=depth_m), to_goal_m=to_goal_m, **inputs)  # type: ignore[arg-type]
 
 

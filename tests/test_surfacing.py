@@ -97,7 +97,7 @@ def test_the_mission_goes_up_listens_and_goes_on() -> None:
     phases = []
     for t, depth, must in [*steps, (170, 0.5, True), (171, 0.5, True), (240, 0.5, True)]:
         renew = partial(bool, must)
-        phases.append(mission.advance(instant(t), True, own(depth_m=depth), 900.0, 1, clear, renew))
+        phases.append(mission.advance(instant(t), own(depth_m=depth), 900.0, 1, clear, renew))
     listen, cross, rise = Phase.LISTEN, Phase.CROSS, Phase.RISE
     assert phases == [listen, listen, cross, rise, rise, listen, listen, cross]
     assert mission.crossings == 2

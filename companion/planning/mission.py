@@ -24,26 +24,27 @@ class Mission:
         self.phase = Phase.WAIT
         self.crossings = 0  # begun after listening
 
+    def pause(self, now: Instant) -> Phase:
+        """The phase while we do not steer: nothing moves, but how long it lasted is remembered."""
+        if self._idle_since is None:
+            self._idle_since = now
+        return self.phase
+
     def advance(
         self,
         now: Instant,
-        ready: bool,
-        own: OwnState | None,
-        to_goal_m: float | None,
+        own: OwnState,
+        to_goal_m: float,
         reports_heard: int,
         is_clear: Callable[[], bool],
         must_rise: Callable[[], bool] = lambda: False,
     ) -> Phase:
         """The phase now.
 
-        `ready`: the autopilot takes setpoints and the position is fresh.  `is_clear()`: no ship can
-        be here, nor overhead before the vehicle has risen; asked only when the answer matters.
+        `is_clear()`: no ship can be here, nor overhead before the vehicle has risen; asked only when
+        the answer matters.
         `must_rise()`: new reports are needed, and the surface will be free.
         """
-        if own is None or to_goal_m is None or not ready:
-            if self._idle_since is None:
-                self._idle_since = now
-            return self.phase  # nothing moves while we do not steer
         idle_s = 0.0 if self._idle_since is None else elapsed_s(self._idle_since, now)
         self._idle_since = None
         # a surface vehicle's depth is its barometer's drift: some metres with every change of weather
