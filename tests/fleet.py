@@ -33,7 +33,9 @@ class Fleet:
     def place(self, ship: int, at_s: float) -> tuple[float, float]:
         """Latitude and longitude, degrees."""
         way = self._sog[ship] * at_s
-        north, east = self._start[ship] + way * np.array((math.cos(self._cog[ship]), math.sin(self._cog[ship])))
+        north, east = self._start[ship] + way * np.array(
+            (math.cos(self._cog[ship]), math.sin(self._cog[ship]))
+        )
         return FRAME.to_geodetic(float(north), float(east))
 
     def mmsi(self, ship: int) -> int:

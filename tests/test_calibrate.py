@@ -88,8 +88,9 @@ def test_the_file_says_what_the_fit_says(houston: Dataset, tmp_path: Path) -> No
     part = data.at(1)
     scores, half = found.scales.score(part, 1), found.scales.half_m(part, 1, found.quantile(1, LEVEL))
     for i in range(0, len(part), 25):
-        features = tuple(part.features[i])
-        score = bounds.score(features, 1, part.age_s[i], part.ahead_m[i], part.aside_m[i])
+        seen = Forecast(Fix(instant(0.0), 29.0, -94.0, part.sog_mps[i], 0.0), tuple(part.features[i]), 3)
+        outcome = Outcome(1, instant(60.0), seen, 1, part.age_s[i], part.ahead_m[i], part.aside_m[i])
+        (score,) = bounds.scores([outcome])
         assert score == pytest.approx(scores[i] - found.quantile(1, LEVEL), abs=1e-3) or not np.isfinite(
             scores[i]
         )

@@ -38,12 +38,9 @@ def replayed(bounds: LearnedBounds, outcomes: list[Outcome]) -> list[Transfer]:
     under_way.sort(key=lambda o: o.at)
     adaptation = Adaptation(bounds)
     tallies = [[0, 0, 0, 0, 0] for _ in SPREAD_AGES_S]  # scored, fixed, adapted, late, late adapted
-    for outcome in under_way:
+    for outcome, score in zip(under_way, bounds.scores(under_way).tolist(), strict=True):
         tally = tallies[outcome.watch]
         cell = outcome.forecast.sort, outcome.watch
-        score = bounds.score(
-            outcome.forecast.features, outcome.watch, outcome.age_s, outcome.ahead_m, outcome.aside_m
-        )
         missed = adaptation.missed[cell]
         adaptation.take(outcome)
         held = adaptation.missed[cell] == missed

@@ -20,6 +20,8 @@ RATE = 0.1  # at the shortest age, in natural logarithms of size
 LOWEST, HIGHEST = -1.0, 3.0
 SHOWN_S = 60.0  # how long a miss stays an event
 MOST_EVENTS = 50
+MOST_WAITING = 1000
+Cell = tuple[int, int]  # sort of ship, stated age
 ENOUGH, SHORTFALL = 200, 0.05  # outcomes; how far below the level is a doubt
 
 
@@ -50,42 +52,67 @@ class Adaptation:
         self._bounds = bounds
         self._raised = np.zeros((len(SORTS), len(SPREAD_AGES_S)))
         self._misses: deque[Miss] = deque(maxlen=MOST_EVENTS)
-        self.scored: Counter[tuple[int, int]] = Counter()  # (sort, age) -> outcomes
-        self.missed: Counter[tuple[int, int]] = Counter()
+        self._waiting: list[Outcome] = []  # scored together, before anybody looks
+        self._scored: Counter[Cell] = Counter()
+        self._missed: Counter[Cell] = Counter()
 
     @property
     def ages_s(self) -> tuple[float, ...]:
         """See `Watch`."""
         return SPREAD_AGES_S
 
-    def raised(self, sort: int) -> FloatArray:
-        """(K,) what is added to the quantiles of a sort of ship."""
-        return np.array(self._raised[sort])
+    @property
+    def raised(self) -> FloatArray:
+        """(sorts, K) what is added to the quantiles of each sort of ship."""
+        self._settle()
+        return self._raised
+
+    @property
+    def scored(self) -> Counter[Cell]:
+        """Outcomes of each sort and age."""
+        self._settle()
+        return self._scored
+
+    @property
+    def missed(self) -> Counter[Cell]:
+        """Those of them outside their sets."""
+        self._settle()
+        return self._missed
 
     def take(self, outcome: Outcome) -> None:
         """Score one outcome of a ship that was under way."""
-        if not outcome.forecast.fix.is_under_way:
+        if outcome.forecast.fix.is_under_way:
+            self._waiting.append(outcome)
+            if len(self._waiting) >= MOST_WAITING:
+                self._settle()
+
+    def _settle(self) -> None:
+        """Score what waits, in the order it came."""
+        if not self._waiting:
             return
+        outcomes, self._waiting = self._waiting, []
+        for outcome, score in zip(outcomes, self._bounds.scores(outcomes).tolist(), strict=True):
+            self._judge(outcome, score)
+
+    def _judge(self, outcome: Outcome, score: float) -> None:
         cell = outcome.forecast.sort, outcome.watch
-        score = self._bounds.score(
-            outcome.forecast.features, outcome.watch, outcome.age_s, outcome.ahead_m, outcome.aside_m
-        )
         missed = score > self._raised[cell]
         rate = RATE * SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch]
         step = rate * (float(missed) - (1.0 - self._bounds.level))
         self._raised[cell] = min(max(self._raised[cell] + step, LOWEST), HIGHEST)
-        self.scored[cell] += 1
+        self._scored[cell] += 1
         if missed:
-            self.missed[cell] += 1
+            self._missed[cell] += 1
             self._misses.append(
                 Miss(outcome.at, outcome.mmsi, outcome.age_s, outcome.ahead_m, outcome.aside_m)
             )
 
     def coverage(self, sort: int | None = None, age: int | None = None) -> tuple[float, int]:
         """Share of outcomes inside their sets, and how many there were; NaN for none."""
-        cells = [c for c in self.scored if (sort is None or c[0] == sort) and (age is None or c[1] == age)]
-        scored = sum(self.scored[c] for c in cells)
-        missed = sum(self.missed[c] for c in cells)
+        self._settle()
+        cells = [c for c in self._scored if (sort is None or c[0] == sort) and (age is None or c[1] == age)]
+        scored = sum(self._scored[c] for c in cells)
+        missed = sum(self._missed[c] for c in cells)
         return (1.0 - missed / scored if scored else float("nan")), scored
 
     def notes(self, now: Instant) -> list[Reason]:

@@ -14,6 +14,7 @@ The file is TOML, written and documented by `companion calibrate`.
 
 import math
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -24,7 +25,8 @@ import numpy as np
 
 from companion.errors import ConfigError
 from companion.messages import SPREAD_AGES_S, FloatArray, Model
-from companion.picture.behaviour import FEATURES, Features
+from companion.picture.behaviour import FEATURES
+from companion.picture.forecast import Outcome
 
 VERSION = 1
 SIDES = ("ahead", "astern", "abeam")
@@ -65,17 +67,17 @@ class LearnedBounds:
     still_m: FloatArray  # (K,) how far a ship at rest gets
     slow_m: FloatArray  # and one that creeps or swings at anchor
 
-    def log_scale(self, features: Features) -> FloatArray:
-        """(3, K) natural logarithms of the scales, metres."""
-        x = (np.array(features) - self.mean) / self.deviation
-        return np.asarray(self.base + (self.weights @ np.clip(x, -4.0, 4.0))[:, None])
-
-    def score(self, features: Features, k: int, age_s: float, ahead_m: float, aside_m: float) -> float:
-        """How far out an outcome is, in natural logarithms; above 0 (plus any raise) it is outside."""
-        scale = np.exp(self.log_scale(features)[:, k]) * (age_s / SPREAD_AGES_S[k]) ** GROWTH
-        out = max(ahead_m, 0.0) / scale[0], max(-ahead_m, 0.0) / scale[1], abs(aside_m) / scale[2]
-        whole = sum(out) if self.model is Model.KITE else max(out)
-        return math.log(max(whole, 1e-6)) - float(self.quantile[k])
+    def scores(self, outcomes: Sequence[Outcome]) -> FloatArray:
+        """(n,) how far out outcomes are, in natural logarithms; above 0 (plus any raise) is outside."""
+        features = np.array([o.forecast.features for o in outcomes]).reshape(-1, len(self.mean))
+        off = np.array([(o.watch, o.age_s, o.ahead_m, o.aside_m) for o in outcomes]).reshape(-1, 4)
+        k, age_s, ahead, aside = off[:, 0].astype(np.int64), off[:, 1], off[:, 2], off[:, 3]
+        x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
+        grown = (age_s / np.array(SPREAD_AGES_S)[k]) ** GROWTH
+        scale = np.exp(self.base[:, k] + self.weights @ x.T) * grown
+        out = np.stack((np.maximum(ahead, 0.0), np.maximum(-ahead, 0.0), np.abs(aside))) / scale
+        whole = out.sum(axis=0) if self.model is Model.KITE else out.max(axis=0)
+        return np.asarray(np.log(np.maximum(whole, 1e-6)) - self.quantile[k])
 
     def spread_m(
         self, features: FloatArray, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray

@@ -5,8 +5,9 @@
     python -m tests.benchmarks.bench_ingest profile LINK      where the time goes: mavlink, can or aivdm
     python -m tests.benchmarks.bench_ingest mutate [MILLIONS] damaged frames through every decoder (default 1)
 
-BOUNDS is a bounds file's name, such as houston.  CPU time of this process, the tracks asked for at 10 Hz.
-Not collected by pytest.
+BOUNDS is a bounds file's name, such as houston.  CPU time of this process.  The traffic of a full link is
+played ten times as fast, so a step of 100 ms brings a second of it and one look at the tracks.  Not collected
+by pytest.
 """
 
 import cProfile
@@ -14,13 +15,12 @@ import gc
 import pstats
 import sys
 import time
-from collections.abc import Iterator
 
 import numpy as np
 
 from companion import config, reach
-from companion.instant import Instant, instant
-from companion.messages import ContactReport, Frame, Heard, Link, OwnPosition, UtcTime
+from companion.instant import instant
+from companion.messages import ContactReport, Frame, Heard, Link, OwnPosition, Source, UtcTime
 from companion.picture import Picture
 from companion.utc import UtcClock
 from companion.wire.aivdm import AivdmDecoder
@@ -30,11 +30,11 @@ from tests.benchmarks import damage
 from tests.contact_reports import FRAME
 from tests.fleet import Fleet
 
-TENFOLD = 10
+TENFOLD, RUNS = 10, 4
 SHIPS = 2000
 BAUD_BYTES = 92_160  # of 921600 baud, a start and a stop bit to each byte
 LIMITS = {Link.AIVDM: 75.0, Link.CAN: 370.0}  # reports a second
-SECONDS = {Link.MAVLINK: 20.0, Link.CAN: 40.0, Link.AIVDM: 60.0}  # of the link at its limit
+SECONDS = {Link.MAVLINK: 40.0, Link.CAN: 40.0, Link.AIVDM: 60.0}  # of the link at its limit
 Decoder = MavlinkDecoder | Nmea2000Decoder | AivdmDecoder
 
 
@@ -53,7 +53,7 @@ def frames(link: Link) -> tuple[list[list[Frame]], int]:
     steps: list[list[Frame]] = []
     for i in range(count):
         at_s = i / rate
-        while len(steps) <= at_s * 10:
+        while len(steps) <= at_s * 10 / TENFOLD:
             steps.append([])
         said = fleet.say(link, i % SHIPS, at_s)
         steps[-1] += [Frame(instant(at_s), link, data, can_id) for can_id, data in said]
@@ -77,6 +77,7 @@ class Ear:
 
     def take(self, heard: list[Heard], at_s: float) -> None:
         """The second half, the tracks included."""
+        self.picture.observe_own(self._own(at_s))
         for each in heard:
             if isinstance(each, ContactReport):
                 self.reports += 1
@@ -85,29 +86,42 @@ class Ear:
                 self.picture.observe_own(each)
         self.picture.tracks(instant(at_s), FRAME)
 
+    def _own(self, at_s: float) -> OwnPosition:
+        return OwnPosition(instant(at_s), Source.MAVLINK, FRAME.latitude_deg, FRAME.longitude_deg, 0.0)
+
 
 def links(bounds: str) -> None:
-    """Shares of one core at ten times each limit."""
+    """Shares of one core at ten times each limit, the best of some runs."""
     print(f"{SHIPS} ships, {TENFOLD} x the link's limit, bounds file: {bounds or 'none'}")
-    for link in SECONDS:
+    for link, seconds in SECONDS.items():
         steps, sent = frames(link)
-        ear = Ear(link, bounds)
-        decoding = picturing = 0.0
         gc.collect()
-        for k, step in enumerate(steps):
-            begin = time.process_time()
-            heard = ear.decode(step)
-            middle = time.process_time()
-            ear.take(heard, (k + 1) / 10)
-            decoding += middle - begin
-            picturing += time.process_time() - middle
-        share = [100 * TENFOLD * cost / SECONDS[link] for cost in (decoding, picturing)]
-        per_report = 1e6 * (decoding + picturing) / sent
+        gc.freeze()  # what is to be played is not the companion's to look through
+        (decoding, picturing), ear = min((_played(link, bounds, steps) for _ in range(RUNS)), key=_total)
+        share = [100 * TENFOLD * cost / seconds for cost in (decoding, picturing)]
         print(
-            f"  {link.value:8} {TENFOLD * sent / SECONDS[link]:6.0f} reports/s: {sum(share):5.1f} % of a core "
-            f"(decoding {share[0]:.1f}, picture {share[1]:.1f}), {per_report:.1f} us each; "
+            f"  {link.value:8} {TENFOLD * sent / seconds:6.0f} reports/s: {sum(share):5.1f} % of a core "
+            f"(decoding {share[0]:.1f}, picture {share[1]:.1f}), "
+            f"{1e6 * (decoding + picturing) / sent:.1f} us each; "
             f"{sent - ear.reports} of {sent} lost; {len(ear.picture)} contacts"
         )
+
+
+def _played(link: Link, bounds: str, steps: list[list[Frame]]) -> tuple[tuple[float, float], Ear]:
+    ear = Ear(link, bounds)
+    decoding = picturing = 0.0
+    for k, each in enumerate(steps):
+        begin = time.process_time()
+        heard = ear.decode(each)
+        middle = time.process_time()
+        ear.take(heard, (k + 1.0) * TENFOLD / 10)
+        decoding += middle - begin
+        picturing += time.process_time() - middle
+    return (decoding, picturing), ear
+
+
+def _total(run: tuple[tuple[float, float], Ear]) -> float:
+    return sum(run[0])
 
 
 def step(bounds: str) -> None:
@@ -141,7 +155,7 @@ def profile(name: str, bounds: str) -> None:
     ear = Ear(link, bounds)
     with cProfile.Profile() as found:
         for k, each in enumerate(steps):
-            ear.take(ear.decode(each), (k + 1) / 10)
+            ear.take(ear.decode(each), (k + 1.0) * TENFOLD / 10)
     pstats.Stats(found).sort_stats("tottime").print_stats(28)
 
 
