@@ -7,6 +7,7 @@ from companion.core import Core
 from companion.planning.field import ExactRepulsion
 from companion.planning.network import NetworkRepulsion
 from companion.planning.steering import RepulsionField
+from companion.reach import choose_kernel
 from companion.wire.mavlink import MavlinkEncoder
 
 
@@ -21,12 +22,13 @@ class Companion:
 
 def build(config: Config) -> Companion:
     """Load the model and put the parts together; raises `ModelError` when they disagree."""
+    kernel = choose_kernel(config.reach.kernel)
     repulsion: RepulsionField
     digest = ""
     if config.repulsion.kind == "network":
-        network = NetworkRepulsion.load(config.repulsion.model, config)
+        network = NetworkRepulsion.load(config.repulsion.model, config, kernel)
         repulsion, digest = network, network.digest
     else:
-        repulsion = ExactRepulsion(config.field)
+        repulsion = ExactRepulsion(config.field, kernel)
     encoder = MavlinkEncoder(system_id=config.autopilot.system_id, component_id=config.autopilot.component_id)
-    return Companion(Core(config, repulsion), encoder, digest)
+    return Companion(Core(config, repulsion, kernel), encoder, digest)

@@ -173,6 +173,12 @@ class Guard(Section, frozen=True):
     depth_error_m: NonNegative = 1.0
 
 
+class Reach(Section, frozen=True):
+    """What computes the distances to sets: `"numpy"`, or `"numba"`, compiled at start (an extra)."""
+
+    kernel: Literal["numpy", "numba"] = "numpy"
+
+
 class Surfacing(Section, frozen=True):
     """When a vehicle under way goes up for new reports.
 
@@ -212,6 +218,7 @@ class Config(Section, frozen=True):
     planner: Planner = Planner()
     repulsion: RepulsionChoice = RepulsionChoice()
     guard: Guard = Guard()
+    reach: Reach = Reach()
     surfacing: Surfacing = Surfacing()
     timing: Timing = Timing()
     recording: Recording = Recording()

@@ -39,6 +39,7 @@ from companion.planning.ascent import Ascent
 from companion.planning.guard import Guard, Verdict
 from companion.planning.mission import Mission
 from companion.planning.steering import RepulsionField, Steering
+from companion.reach.kernel import Kernel, nearest
 from companion.requests import MessageRequests
 from companion.takeover import Takeover
 from companion.telling import Telling, degrades, in_order
@@ -49,15 +50,15 @@ STEERING_WEIGHT = 0.01  # a repulsion below this share of full speed did not ste
 class Core:
     """The companion's mind: holds the decoders, the picture and the plan; `step` advances them."""
 
-    def __init__(self, config: Config, repulsion: RepulsionField) -> None:
+    def __init__(self, config: Config, repulsion: RepulsionField, kernel: Kernel = nearest) -> None:
         self._config = config
         self._hearing = Hearing(config.autopilot)
         self._own = Ownship(config.autopilot)
         self._picture = Picture(config.contacts, surfaced_depth_m=config.vehicle.surfaced_depth_m)
         self._mission = Mission(config.vehicle, config.goal)
         self._steering = Steering(config, repulsion)
-        self._guard = Guard(config)
-        self._ascent = Ascent(config)
+        self._guard = Guard(config, kernel)
+        self._ascent = Ascent(config, kernel)
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
         self._goal_m: FloatArray | None = None

@@ -30,8 +30,8 @@ class Source(Protocol):
 class Sink(Protocol):
     """Takes encoded MAVLink for the autopilot.  Never sends what has expired."""
 
-    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> None:
-        """Send `data` now, at `t`; drop it if `valid_until` has passed on the sink's clock."""
+    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> bool:
+        """Send `data` now, at `t`; False if `valid_until` has passed on the sink's clock: it is dropped."""
         ...
 
 
@@ -46,8 +46,8 @@ class Journal(Protocol):
         """What was decided."""
         ...
 
-    def sent(self, t: Instant, data: bytes) -> None:
-        """What went out."""
+    def sent(self, t: Instant, data: bytes, expired: bool) -> None:
+        """What went out, or was dropped because it had expired."""
         ...
 
     def timed(self, t: Instant, step_s: float) -> None:
@@ -71,10 +71,10 @@ class Journals:
         for journal in self._journals:
             journal.decided(decision)
 
-    def sent(self, t: Instant, data: bytes) -> None:
-        """What went out."""
+    def sent(self, t: Instant, data: bytes, expired: bool) -> None:
+        """What went out, or was dropped because it had expired."""
         for journal in self._journals:
-            journal.sent(t, data)
+            journal.sent(t, data, expired)
 
     def timed(self, t: Instant, step_s: float) -> None:
         """How long the step took."""
@@ -123,6 +123,6 @@ def run(
             encoder.system_id = decision.system_id
         for message in decision.outgoing:
             data = encoder.encode(message)
-            sink.send(tick.t, data, message.valid_until if isinstance(message, Setpoint) else None)
-            journal.sent(tick.t, data)
+            went = sink.send(tick.t, data, message.valid_until if isinstance(message, Setpoint) else None)
+            journal.sent(tick.t, data, expired=not went)
     return decision

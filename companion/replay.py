@@ -96,8 +96,9 @@ class Comparison:
             if self.first is not None:
                 return
 
-    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> None:
+    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> bool:  # noqa: ARG002
         """Nothing leaves a replay."""
+        return True
 
     def tick(self, tick: Tick) -> None:
         """The tick came from the log: there is nothing to compare."""
@@ -111,7 +112,7 @@ class Comparison:
         if found is not None:
             self._report(self._step, found.path, found.recorded, found.replayed)
 
-    def sent(self, t: Instant, data: bytes) -> None:  # noqa: ARG002
+    def sent(self, t: Instant, data: bytes, expired: bool) -> None:  # noqa: ARG002
         """Collect what would have been sent."""
         self._sent.append(data)
 

@@ -78,9 +78,10 @@ class LockstepSea:
             frames.append(Frame(self.sea.now, Link.MAVLINK, heard.mavlink))
         return tuple(frames)
 
-    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> None:  # noqa: ARG002
+    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> bool:  # noqa: ARG002
         """Hand bytes to the autopilot unless they have expired."""
         if valid_until is not None and valid_until < self.sea.now:
             self.counts["sink.expired"] += 1
-            return
+            return False
         self.sea.receive(data)
+        return True

@@ -86,7 +86,7 @@ class Measure:
         self._decisions.append(decision)
         self._own.append(self._vehicle())
 
-    def sent(self, t: Instant, data: bytes) -> None:
+    def sent(self, t: Instant, data: bytes, expired: bool) -> None:
         """Bytes are not measured."""
 
     def course(self, origin_m: FloatArray | None = None) -> Course:

@@ -106,10 +106,10 @@ def write(path: Path, ticks: int) -> list[Step]:
             recorder.tick(tick)
             recorder.timed(tick.t, 0.001)
             recorder.decided(decision)
-            recorder.sent(tick.t, b"heartbeat")
-            recorder.sent(tick.t, bytes((k % 256,)))
+            recorder.sent(tick.t, b"heartbeat", expired=False)
+            recorder.sent(tick.t, bytes((k % 256,)), expired=k == 3)
             sent = (b"heartbeat", bytes((k % 256,)))
-            steps.append(Step(k, tick, encode(numbers.record(decision)), None, sent, 0.001))
+            steps.append(Step(k, tick, encode(numbers.record(decision)), None, sent, 0.001, int(k == 3)))
     assert recorder.failed is None
     return steps
 

@@ -69,8 +69,8 @@ class Counting:
 
 
 class Nowhere:
-    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> None:
-        pass
+    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> bool:
+        return True
 
 
 class Sea:
@@ -196,6 +196,12 @@ def test_the_real_core_replays_bit_for_bit(real_run: Path) -> None:
     assert any("setpoint" in each for each in decided)
 
 
+def test_a_log_of_one_reach_kernel_replays_with_the_other(real_run: Path) -> None:
+    log = Log(real_run)
+    other = build.build(from_mapping({**log.session.config, "reach": {"kernel": "numba"}}))
+    assert compare(log, other.core, other.encoder).first is None
+
+
 def test_one_flipped_bit_in_what_was_heard_is_found(real_run: Path, tmp_path: Path) -> None:
     log = Log(real_run)
     with Recorder(tmp_path / "log.mcap", log.session) as forged:
@@ -207,7 +213,7 @@ def test_one_flipped_bit_in_what_was_heard_is_found(real_run: Path, tmp_path: Pa
             forged.tick(Tick(step.tick.t, frames))
             forged._writer.add_message(forged._channels[Topic.DECISION], 0, step.decision or b"", 0)
             for data in step.sent:
-                forged.sent(step.tick.t, data)
+                forged.sent(step.tick.t, data, expired=False)
     found = replay(tmp_path)
     assert found.first is not None
     assert found.first.tick >= 100

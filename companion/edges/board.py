@@ -40,7 +40,7 @@ class StopOnArrival:
     def tick(self, tick: Tick) -> None:
         """Nothing to look at."""
 
-    def sent(self, t: Instant, data: bytes) -> None:
+    def sent(self, t: Instant, data: bytes, expired: bool) -> None:
         """Nothing to look at."""
 
     def timed(self, t: Instant, step_s: float) -> None:

@@ -41,7 +41,7 @@ class StatusLine:
     def tick(self, tick: Tick) -> None:
         """Nothing to show."""
 
-    def sent(self, t: Instant, data: bytes) -> None:
+    def sent(self, t: Instant, data: bytes, expired: bool) -> None:
         """Nothing to show."""
 
     def timed(self, t: Instant, step_s: float) -> None:

@@ -160,9 +160,10 @@ class LinkSink:
         self._link = link
         self._clock = clock
 
-    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> None:
+    def send(self, t: Instant, data: bytes, valid_until: Instant | None) -> bool:
         """Send `data`, decided at `t`, unless `valid_until` has passed on the clock."""
         if valid_until is not None and max(t, self._clock.now()) > valid_until:
             self.counts["sink.expired"] += 1
-            return
+            return False
         self._link.send(data)
+        return True

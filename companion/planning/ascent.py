@@ -7,6 +7,7 @@ from companion.config import Config
 from companion.instant import Instant
 from companion.messages import FloatArray, OwnState, Phase, Reason, Tracks
 from companion.planning.surfacing import Surfacing
+from companion.reach.kernel import Kernel, nearest
 
 RISE_WITHIN_M = 20.0  # of the place found free
 RISEN_M = 2.0  # a vehicle this much above its cruise depth is on its way up
@@ -15,9 +16,10 @@ RISEN_M = 2.0  # a vehicle this much above its cruise depth is on its way up
 class Ascent:
     """Keeps where to surface next."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, kernel: Kernel = nearest) -> None:
         self._config = config
-        self._surfacing = Surfacing(config)
+        self._kernel = kernel
+        self._surfacing = Surfacing(config, kernel)
         self._rise_at: FloatArray | None = None
         self._crossing = 0
 
@@ -62,7 +64,7 @@ class Ascent:
         vehicle = self._config.vehicle
         dives = vehicle.cruise_depth_m > 0
         rise_s = max(own.depth_m, 0.0) / vehicle.max_vertical_speed_mps if dives else 0.0
-        sets = reach.tube(tracks, now, tracks.age_s(now) + rise_s)
+        sets = reach.tube(tracks, now, tracks.age_s(now) + rise_s, self._kernel)
         distance_m = sets.nearest(own.position_m).distance_m
         clear = float(distance_m.min()) > self._config.field.delta_m + self._config.guard.own_position_error_m
         if not clear:

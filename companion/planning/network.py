@@ -28,6 +28,7 @@ from companion.planning.model_file import (
     read_bytes,
 )
 from companion.planning.rows import COLUMNS, ContactRows
+from companion.reach.kernel import Kernel, nearest
 
 SPEED, SPEED_NOISE, HEADING_ERROR = map(COLUMNS.index, ("speed_mps", "speed_noise_mps", "heading_error_rad"))
 INPUT = "contacts"
@@ -77,7 +78,7 @@ class NetworkRepulsion:
         self._high = np.array([i.high for i in metadata.inputs])
 
     @classmethod
-    def load(cls, path_or_name: str | Path, config: Config) -> "NetworkRepulsion":
+    def load(cls, path_or_name: str | Path, config: Config, kernel: Kernel = nearest) -> "NetworkRepulsion":
         """Read a model file, or a packaged model by its name; raises `ModelError` with the remedy."""
         origin, content = read_bytes(path_or_name)
         session = open_session(content, origin)
@@ -86,7 +87,9 @@ class NetworkRepulsion:
         if have != ([INPUT], OUTPUTS) or session.get_inputs()[0].shape[1:] != [len(COLUMNS)]:
             raise ModelError(f"repulsion.model = '{origin}': inputs or outputs are not ours; {REMEDY}")
         check_agreement(metadata, config, origin)
-        return cls(session, metadata, hashlib.sha256(content).hexdigest(), ExactRepulsion(config.field))
+        return cls(
+            session, metadata, hashlib.sha256(content).hexdigest(), ExactRepulsion(config.field, kernel)
+        )
 
     def __call__(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray

@@ -11,6 +11,7 @@ from companion.config import Config
 from companion.instant import Instant, elapsed_s
 from companion.messages import FloatArray, OwnState, Reason, Tracks
 from companion.reach import Slices
+from companion.reach.kernel import Kernel, nearest
 
 LOOK_EVERY_S = 5.0
 OFFSETS_M = np.array((0.0, -50.0, 50.0, -100.0, 100.0, -200.0, 200.0, -400.0, 400.0))  # along the way
@@ -24,8 +25,9 @@ PLANNED_SHARE = 0.8  # of full speed, made good on the way to the goal
 class Surfacing:
     """Keeps how the way went since the last listening; `look` says where to surface, if now is due."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, kernel: Kernel = nearest) -> None:
         self._config = config
+        self._kernel = kernel
         self._slices: Slices | None = None
         self._best_m = np.inf
         self._progress_at: Instant | None = None
@@ -143,5 +145,5 @@ class Surfacing:
 
     def _of(self, tracks: Tracks) -> Slices:
         if self._slices is None or self._slices.tracks is not tracks:
-            self._slices = Slices.of(tracks)
+            self._slices = Slices.of(tracks, self._kernel)
         return self._slices

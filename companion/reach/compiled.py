@@ -25,7 +25,8 @@ def choose_kernel(name: Literal["numpy", "numba"]) -> Kernel:
     """The implementation of `kernel.nearest` called `name`; raises `ConfigError` where numba is missing."""
     if name == "numpy":
         return nearest
-    compiled()
+    edges, ends, one = np.ones((1, 1, 5)), np.ones((1, 1, 16)), np.ones(1)
+    compiled()(edges, ends, one, one, one, one, np.empty((3, 1)))  # compile now, not in the first step
     return nearest_compiled
 
 
@@ -45,7 +46,7 @@ def compiled() -> Callable[..., None]:
         from numba import njit  # noqa: PLC0415 - an extra
     except ImportError:
         raise ConfigError(
-            'the reach kernel "numba" needs numba: pip install "companion[fast]", or choose "numpy"'
+            'reach.kernel = "numba" needs numba: pip install "companion[fast]", or choose "numpy"'
         ) from None
     made: Callable[..., None] = njit(cache=True, error_model="numpy")(loop)
     return made

@@ -22,6 +22,7 @@ from companion.record.schema import (
     SESSION_METADATA,
     Bytes,
     CanFrame,
+    Sent,
     Session,
     TickRecord,
     Timing,
@@ -39,7 +40,8 @@ class Step:
     """One turn of the loop as it was recorded.
 
     `decision` is the record's JSON, byte for byte; None when the run ended inside the step.
-    `tracks` is the JSON of the contacts where they changed.
+    `tracks` is the JSON of the contacts where they changed.  `sent` is all that was encoded; `expired`
+    of these the sink dropped, for they were late.
     """
 
     number: int
@@ -48,6 +50,7 @@ class Step:
     tracks: bytes | None = None
     sent: tuple[bytes, ...] = ()
     step_s: float | None = None
+    expired: int = 0
 
 
 class Log:
@@ -142,6 +145,7 @@ class _Open:
         self._decision: bytes | None = None
         self._tracks: bytes | None = None
         self._sent: list[bytes] = []
+        self._expired = 0
         self._step_s: float | None = None
 
     def take(self, topic: str, message: Message) -> Step | None:
@@ -165,7 +169,9 @@ class _Open:
             case Topic.DECISION:
                 self._decision = data
             case Topic.MAVLINK_OUT:
-                self._sent.append(_decode(data, Bytes).data)
+                sent = _decode(data, Sent)
+                self._sent.append(sent.data)
+                self._expired += sent.expired
             case Topic.TIMING:
                 self._step_s = _decode(data, Timing).step_s
         return None
@@ -175,8 +181,10 @@ class _Open:
         if self._tick is None:
             return None
         tick = Tick(Instant(self._tick.t_ns), self._of_tick)
-        step = Step(self._tick.number, tick, self._decision, self._tracks, tuple(self._sent), self._step_s)
-        self._tick, self._decision, self._tracks, self._sent, self._step_s = None, None, None, [], None
+        sent = tuple(self._sent)
+        step = Step(self._tick.number, tick, self._decision, self._tracks, sent, self._step_s, self._expired)
+        self._tick, self._decision, self._tracks, self._step_s = None, None, None, None
+        self._sent, self._expired = [], 0
         return step
 
 

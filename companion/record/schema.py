@@ -63,9 +63,16 @@ class Session(Record, frozen=True):
 
 
 class Bytes(Record, frozen=True):
-    """Raw bytes of the MAVLink link, in or out."""
+    """Raw bytes that came in over a link."""
 
     data: bytes
+
+
+class Sent(Record, frozen=True):
+    """Encoded MAVLink; `expired`: the sink dropped it, for it was late."""
+
+    data: bytes
+    expired: bool = False
 
 
 class CanFrame(Record, frozen=True):
@@ -172,7 +179,7 @@ RECORDS: dict[Topic, type[Record]] = {
     Topic.TICK: TickRecord,
     Topic.TRACKS: TracksRecord,
     Topic.DECISION: DecisionRecord,
-    Topic.MAVLINK_OUT: Bytes,
+    Topic.MAVLINK_OUT: Sent,
     Topic.TIMING: Timing,
 }
 

@@ -26,6 +26,7 @@ from companion.record.schema import (
     Bytes,
     CanFrame,
     Record,
+    Sent,
     Session,
     TickRecord,
     Timing,
@@ -82,9 +83,9 @@ class Recorder:
         """What was decided, and the tracks if they changed."""
         self._attempt(self._decided, decision)
 
-    def sent(self, t: Instant, data: bytes) -> None:
-        """What went out."""
-        self._attempt(self._add, Topic.MAVLINK_OUT, t, Bytes(data=data))
+    def sent(self, t: Instant, data: bytes, expired: bool) -> None:
+        """What went out, or was dropped because it had expired."""
+        self._attempt(self._add, Topic.MAVLINK_OUT, t, Sent(data=data, expired=expired))
 
     def timed(self, t: Instant, step_s: float) -> None:
         """How long the step took."""
