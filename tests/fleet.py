@@ -99,7 +99,7 @@ class Fleet:
     def aivdm(self, ship: int, at_s: float) -> bytes:
         """A sentence of type 1."""
         p = self._position(ship, at_s)
-        fields = {
+        fields: dict[str, str | int | float | bytes | bool] = {
             "type": 1,
             "mmsi": p.mmsi,
             "status": 0,

@@ -63,7 +63,7 @@ def test_no_vessel_is_scored_by_scales_it_helped_to_fit(
     def fit(data: Dataset, shape: Shape) -> Spy:
         fitted.append(set(data.vessel.tolist()))
         nothing = np.zeros((3, len(FEATURES)))
-        return Spy(nothing[0], nothing[0] + 1, nothing, np.zeros((3, 4)), shape)
+        return Spy(nothing[0], nothing[0] + 1, nothing, nothing, np.zeros((3, 4)), shape)
 
     monkeypatch.setattr(conformal, "fit", fit)
     calibrate(houston, "kite", np.random.default_rng(3))

@@ -179,9 +179,7 @@ def test_a_ship_within_the_assumptions_is_wholly_inside_its_set(
     kept_s = min(sailed_s, 600.0)  # it keeps its bounds so long, then does anything
     if sog is None:
         speed, course = 16.0 * abs(speed_bit), turns
-    elif cog is None:
-        speed, course = (sog + 0.25) * abs(speed_bit), turns
-    elif sog < 0.5:
+    elif cog is None or sog < 0.5:
         speed, course = (sog + 0.25) * abs(speed_bit), turns
     else:
         speed, course = sog + 0.25 * speed_bit, cog + 0.05 * course_bit

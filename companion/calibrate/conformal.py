@@ -15,6 +15,7 @@ from companion.calibrate.fit import Scales, Shape, fit
 from companion.messages import SPREAD_AGES_S, FloatArray, IntArray
 
 FOLDS = 5
+FEW = 1000  # outcomes at an age
 KS = range(len(SPREAD_AGES_S))
 
 
@@ -53,6 +54,11 @@ def calibrate(data: Dataset, shape: Shape, rng: np.random.Generator) -> Calibrat
         held = np.isin(data.vessel, fold)
         left_out = fit(data.only(~held), shape)
         for k in KS:
-            scores[k].append(left_out.score(data.only(held).at(k), k))
+            scores[k].append(left_out.score(_told(data.only(held), data, k), k))
     counts = tuple(len(np.unique(data.at(k).vessel)) for k in KS)
     return Calibration(fit(data, shape), tuple(np.concatenate(s) for s in scores), counts)
+
+
+def _told(some: Dataset, every: Dataset, k: int) -> Dataset:
+    """The outcomes that the k-th quantile is of: those about that old, or around it where they are few."""
+    return some.around(k) if len(every.at(k)) < FEW else some.at(k)

@@ -13,11 +13,10 @@ import numpy as np
 
 from companion import config
 from companion.geodesy import LocalFrame
-from companion.instant import NS_PER_S, Instant, elapsed_s
+from companion.instant import NS_PER_S, Instant
 from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, TargetKind, Tracks
 from companion.picture import learned
 from companion.picture.adaptation import Adaptation
-from companion.picture.ageing import REST_MPS
 from companion.picture.association import CONTINUED, Placement
 from companion.picture.bounds import Assumptions
 from companion.picture.capacity import Room
@@ -25,8 +24,8 @@ from companion.picture.contact import Contact
 from companion.picture.echo import EchoWatch, Evidence
 from companion.picture.forecast import History, Watch
 from companion.picture.identity import Station, may_be_a_ship, station
-from companion.picture.listening import Listening
-from companion.picture.notes import Ledger
+from companion.picture.listening import Listening, Silence
+from companion.picture.notes import Ledger, not_a_ship, of_counts
 from companion.picture.own_sources import OwnSources
 from companion.picture.plausibility import Gate
 from companion.picture.reports import cleaned, has_position
@@ -35,7 +34,6 @@ from companion.picture.rows import Rows
 MOST_CONTACTS = 5000
 CLOCK_STEP_S = 60.0  # a log's clock that goes back by more was set, and not a report that came late
 STEP_TOOK_S = 10.0
-SILENT_S = 180.0
 _CLOCK_STEP_NS = round(CLOCK_STEP_S * NS_PER_S)
 _AIRCRAFT = TargetKind.AIRCRAFT
 _BELIEVED = {Placement.FIRST, Placement.CONTINUED, Placement.CONFIRMED}
@@ -66,6 +64,7 @@ class Picture:
         self._gate = Gate(self._assumptions)
         self._echo = EchoWatch(contacts.own_mmsi)
         self.listening = Listening(surfaced_depth_m)
+        self._silence = Silence(self.listening)
         self.own_sources = OwnSources()
         self._contacts: dict[int, Contact] = {}
         self._most_contacts = most_contacts
@@ -117,7 +116,7 @@ class Picture:
             self._follow_clock(received - last)
             self.last_heard = received
         if report.kind is _AIRCRAFT:  # its number is of another kind than a ship's
-            self.counts[_not_a_ship(Station.AIRCRAFT)] += 1
+            self.counts[not_a_ship(Station.AIRCRAFT)] += 1
             return
         report = cleaned(report, self.counts)
         mmsi = report.mmsi
@@ -176,32 +175,15 @@ class Picture:
             self._ledger.enter(self._contacts[mmsi], now)
         self._unjudged.clear()
         found = self.own_sources.doubts(now) + self._ledger.reasons()
-        left_out = {s: self.counts[_not_a_ship(s)] for s in Station if self.counts[_not_a_ship(s)]}
-        if left_out:
-            listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
-            found.append(Reason("note.not_ships", f"reports left out: {listed}"))
-        lost = self.counts["picture.refused_when_full"] + self.counts["picture.evicted_when_full"]
-        if lost:
-            text = f"{self._most_contacts} contacts, the most held; far ones left out {lost} times"
-            found.append(Reason("picture.full", text))
-        if self.counts["picture.clock_set_back"]:
-            times = self.counts["picture.clock_set_back"]
-            text = f"the clock was set back {times} times; ages went on from there"
-            found.append(Reason("note.clock_set_back", text))
+        found += of_counts(self.counts, self._most_contacts)
+        found += self._silence.notes(self._contacts.values(), self.last_heard, now)
         if self.adaptation is not None:
             found += self.adaptation.notes(now)
         return found
 
     def silent(self, now: Instant) -> list[int]:
-        """The ships under way not heard of for `SILENT_S` in which we listened, in MMSI order."""
-        gone = []
-        for mmsi, contact in sorted(self._contacts.items()):
-            held = contact.places.held
-            if held and (held[-1].report.sog_mps or 0.0) > REST_MPS and not contact.echo.hides(now):
-                since = held[-1].report.measured_at
-                if elapsed_s(since, now) > SILENT_S and self.listening.listened_s(since, now) > SILENT_S:
-                    gone.append(mmsi)
-        return gone
+        """The ships under way not heard of for a while in which we listened, in MMSI order."""
+        return self._silence.silent(self._contacts.values(), now)
 
     def _follow_clock(self, step_ns: int) -> None:
         """The source's clock was set back: every instant known moves with it, and ages go on.
@@ -220,7 +202,7 @@ class Picture:
         """A contact for a number not known yet, unless it is no ship or there is no room."""
         sender = station(report.mmsi)
         if not may_be_a_ship(sender, report):
-            self.counts[_not_a_ship(sender)] += 1
+            self.counts[not_a_ship(sender)] += 1
             return None
         if len(self._contacts) >= self._most_contacts:
             gone = self._room.made_by(report, self._contacts.values(), self._echo.newest_place())
@@ -238,7 +220,3 @@ class Picture:
         self._unjudged.discard(mmsi)
         self._ledger.strike(mmsi)
         del self._contacts[mmsi]
-
-
-def _not_a_ship(sender: Station) -> str:
-    return f"picture.not_a_ship.{sender.name.lower()}"

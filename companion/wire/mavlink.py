@@ -80,22 +80,26 @@ class MavlinkDecoder:
         message_id = packet.message_id
         if not self.system_id and message_id == HEARTBEAT:
             self._follow(packet)
-        if packet.system_id != self.system_id or not self.system_id:
-            self.counts["mavlink.other_system"] += 1
-            return None
-        if packet.component_id == self._component_id:
-            self.counts["mavlink.own_component"] += 1
+        if not self._is_wanted(packet):
             return None
         if message_id == ais_vessel.AIS_VESSEL:
             return ais_vessel.read(packet.payload, frame.stamp, self._quirk, self.counts)
-        if message_id == adsb_vehicle.ADSB_VEHICLE:
-            return adsb_vehicle.read(fields(message_id, packet.payload), frame.stamp, self.counts)
-        if packet.component_id != autopilot.AUTOPILOT_COMPONENT:
-            return None
         field = fields(message_id, packet.payload)
+        if message_id == adsb_vehicle.ADSB_VEHICLE:
+            return adsb_vehicle.read(field, frame.stamp, self.counts)
         if message_id in _POSITION_IDS:
             return self._position.hear(message_id, field, frame.stamp)
         return self._said(packet, field, frame)
+
+    def _is_wanted(self, packet: Packet) -> bool:
+        """Contacts of any component of the vehicle but ours, all else of its autopilot only."""
+        if packet.system_id != self.system_id or not self.system_id:
+            self.counts["mavlink.other_system"] += 1
+            return False
+        if packet.component_id == self._component_id:
+            self.counts["mavlink.own_component"] += 1
+            return False
+        return packet.message_id in _CONTACTS or packet.component_id == autopilot.AUTOPILOT_COMPONENT
 
     def _follow(self, packet: Packet) -> None:
         if autopilot.is_autopilot(packet.component_id, fields(HEARTBEAT, packet.payload)):

@@ -1,9 +1,9 @@
 """What it costs to hear: bytes in, reports, picture, tracks; printed as shares of one core.
 
-    python -m tests.benchmarks.bench_ingest links [BOUNDS]    10 x each link's limit: decoding, then the picture
-    python -m tests.benchmarks.bench_ingest step [BOUNDS]     2,000 ships updated and turned into sets in a step
-    python -m tests.benchmarks.bench_ingest profile LINK      where the time goes: mavlink, can or aivdm
-    python -m tests.benchmarks.bench_ingest mutate [MILLIONS] damaged frames through every decoder (default 1)
+    python -m tests.benchmarks.bench_ingest links [BOUNDS]     10 x each link's limit: decoding and picture
+    python -m tests.benchmarks.bench_ingest step [BOUNDS]      2,000 ships updated and made sets in a step
+    python -m tests.benchmarks.bench_ingest profile LINK       where the time goes: mavlink, can or aivdm
+    python -m tests.benchmarks.bench_ingest mutate [MILLIONS]  damaged frames through every decoder (1)
 
 BOUNDS is a bounds file's name, such as houston.  CPU time of this process.  The traffic of a full link is
 played ten times as fast, so a step of 100 ms brings a second of it and one look at the tracks.  Not collected
@@ -23,9 +23,6 @@ from companion.instant import instant
 from companion.messages import ContactReport, Frame, Heard, Link, OwnPosition, Source, UtcTime
 from companion.picture import Picture
 from companion.utc import UtcClock
-from companion.wire.aivdm import AivdmDecoder
-from companion.wire.mavlink import MavlinkDecoder
-from companion.wire.nmea2000 import Nmea2000Decoder
 from tests.benchmarks import damage
 from tests.contact_reports import FRAME
 from tests.fleet import Fleet
@@ -35,14 +32,6 @@ SHIPS = 2000
 BAUD_BYTES = 92_160  # of 921600 baud, a start and a stop bit to each byte
 LIMITS = {Link.AIVDM: 75.0, Link.CAN: 370.0}  # reports a second
 SECONDS = {Link.MAVLINK: 40.0, Link.CAN: 40.0, Link.AIVDM: 60.0}  # of the link at its limit
-Decoder = MavlinkDecoder | Nmea2000Decoder | AivdmDecoder
-
-
-def decoder(link: Link, utc: UtcClock) -> Decoder:
-    """The production decoder of a link."""
-    if link is Link.MAVLINK:
-        return MavlinkDecoder(system_id=1)
-    return Nmea2000Decoder(utc) if link is Link.CAN else AivdmDecoder(utc)
 
 
 def frames(link: Link) -> tuple[list[list[Frame]], int]:
@@ -66,7 +55,7 @@ class Ear:
     def __init__(self, link: Link, bounds: str) -> None:
         self._utc = UtcClock()
         self._utc.observe(UtcTime(instant(0.0), Fleet.source, Fleet.utc_ns))
-        self.decoder = decoder(link, self._utc)
+        self.decoder = damage.decoder_of(link, self._utc)
         self.picture = Picture(config.Contacts(bounds_file=bounds))
         self.reports = 0
 
