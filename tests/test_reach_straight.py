@@ -243,3 +243,29 @@ def test_the_outline_of_a_ship_that_is_a_point_is_that_point() -> None:
     nothing = dict.fromkeys(("bow_m", "stern_m", "port_m", "starboard_m"), 0.0)
     outline = reach.at(tracks({"north_m": 3.0, "east_m": -4.0, **nothing}), T0).outline(0)
     assert outline == pytest.approx(np.array([[3.0, -4.0]] * 2), abs=1e-4)
+
+
+def test_a_narrow_ship_with_its_antenna_on_one_side_is_measured_exactly_too() -> None:
+    """Two corners' arcs then end a rounding apart: such a piece must not be taken for the nearest."""
+    rng = np.random.default_rng(7)
+    n, bow = 200, np.array((5.0, 100.0, 300.0))
+    angle = np.linspace(0, 2 * np.pi, 3600, endpoint=False)
+    normal = np.exp(1j * angle)
+    for _ in range(10):
+        ships = random_ships(
+            rng,
+            n,
+            bow_m=rng.choice(bow, n),
+            stern_m=rng.choice([0.0, 0.02, 5.0], n),
+            port_m=10 ** rng.uniform(-3, 1, n),
+            starboard_m=np.zeros(n),
+            heading_error_rad=rng.choice([1e-4, 0.02, 0.3, 1.57], n),
+        )
+        tube = reach.tube(ships, T0, 600.0)
+        support = tube.support(plane(normal))
+        k = rng.integers(len(angle), size=n)
+        touching = np.roll(support, -1, axis=1) - np.roll(support, 1, axis=1)
+        beside = touching[np.arange(n), k] / (2 * np.sin(angle[1])) + rng.uniform(-3, 3, n)
+        position = plane((support[np.arange(n), k] + 1.0 + 1j * beside) * normal[k])
+        gap = (position @ plane(normal).T - support).max(axis=1)  # no more than the distance
+        assert (tube.nearest(position).distance_m - gap).min() > -1e-6

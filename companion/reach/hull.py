@@ -14,7 +14,7 @@ from companion.messages import FloatArray, IntArray, Tracks
 from companion.reach.arcs import Affine, Arcs, ComplexArray, Points, arcs
 from companion.reach.support import known_turn
 
-NARROW_RAD = 1e-13  # a piece as narrow as rounding is none
+NARROW_RAD = 1e-9  # a narrower piece is left out: it moves the boundary by length x width^2, 1e-14 m
 PAIRS = np.array(((0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3)))
 
 
