@@ -17,6 +17,7 @@ import math
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from importlib import resources
 from pathlib import Path
 from typing import Literal
@@ -112,6 +113,11 @@ def limited(half_m: FloatArray, sog_mps: FloatArray | float, top_mps: FloatArray
 def load(path_or_name: str, level: float) -> LearnedBounds:
     """Read a bounds file, or a packaged one by its name; raises `ConfigError` with the remedy."""
     return prepare(parse(_read(path_or_name), path_or_name), level, path_or_name)
+
+
+def digest(path_or_name: str) -> str:
+    """SHA-256 of a bounds file; "" for none."""
+    return sha256(_read(path_or_name).encode()).hexdigest() if path_or_name else ""
 
 
 def parse(text: str, origin: str) -> BoundsFile:

@@ -26,7 +26,8 @@ from tests.fleet import Fleet
 SHIPS = 40
 MOST_INVENTED = 5  # 16 bits of checksum let one damaged packet in 65,536 through
 Decoder = MavlinkDecoder | Nmea2000Decoder | AivdmDecoder
-Frames = list[tuple[int, bytes]]
+DAMAGED = {Link.MAVLINK: 0.98, Link.AIVDM: 0.98, Link.CAN: 0.1}  # a message on the bus is of many frames
+Message = list[tuple[int, bytes]]
 
 
 def decoder_of(link: Link, utc: UtcClock) -> Decoder:
@@ -36,13 +37,13 @@ def decoder_of(link: Link, utc: UtcClock) -> Decoder:
     return Nmea2000Decoder(utc) if link is Link.CAN else AivdmDecoder(utc)
 
 
-def sound(link: Link) -> Frames:
-    """Frames to be damaged: position reports, and on the bus static data and our own position."""
+def sound(link: Link) -> list[Message]:
+    """Messages to be damaged: position reports, and on the bus our own position and the time."""
     fleet = Fleet(SHIPS)
-    said = [frame for ship in range(SHIPS) for frame in fleet.say(link, ship, 1.0)]
+    said = [fleet.say(link, ship, 1.0) for ship in range(SHIPS)]
     if link is Link.CAN:
         receiver = GnssReceiver()
-        said += [frame for s in range(20) for frame in receiver.say(Fleet.utc_ns + s * 10**9, 59.7, 24.7)]
+        said += [receiver.say(Fleet.utc_ns + s * 10**9, 59.7, 24.7) for s in range(20)]
     return said
 
 
@@ -67,15 +68,17 @@ def damaged(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def stream(link: Link, count: int, rng: np.random.Generator) -> Iterator[Frame]:
-    """`count` damaged frames, a sound one between them now and then."""
-    said = sound(link)
-    for number in range(count):
-        can_id, data = said[int(rng.integers(len(said)))]
-        spoilt = data if number % 50 == 0 else damaged(data, rng)
-        if link is Link.CAN:
-            spoilt = spoilt[:8]
-            can_id ^= (1 << int(rng.integers(29))) if number % 7 == 0 else 0
-        yield Frame(instant(number * 1e-3), link, spoilt, can_id)
+    """`count` frames, most of them damaged; on a bus identifiers too."""
+    messages, number = sound(link), 0
+    while number < count:
+        for can_id, data in messages[int(rng.integers(len(messages)))]:
+            spoil = rng.random() < DAMAGED[link]
+            said, sent_as = (damaged(data, rng) if spoil else data), can_id
+            if link is Link.CAN:
+                said = said[:8]
+                sent_as ^= (1 << int(rng.integers(29))) if rng.random() < 0.02 else 0
+            number += 1
+            yield Frame(instant(number * 1e-3), link, said, sent_as)
 
 
 def is_sane(heard: Heard) -> bool:
@@ -127,6 +130,8 @@ def run(millions: float) -> None:
         begin, count = time.process_time(), round(millions * 1e6)
         reports, invented, picture, counts = feed(link, count, 1)
         spent = time.process_time() - begin
-        print(f"{link.value}: {count} frames, 2 % sound, {1e6 * spent / count:.1f} us each: nothing raised")
+        share = 100 * DAMAGED[link]
+        print(f"{link.value}: {count} frames, {share:g} % damaged, nothing raised")
+        print(f"  {1e6 * spent / count:.1f} us each")
         print(f"  {reports} reports, {invented} of numbers nobody has, {len(picture)} contacts")
         print("  " + ", ".join(f"{key} {n}" for key, n in sorted(counts.items())))
