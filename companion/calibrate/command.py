@@ -85,7 +85,7 @@ def _report(
     shape: Shape,
     found: list[Figure],
     forgotten: list[Forgetting],
-    checks: dict[str, list[Transfer]],
+    checks: dict[str, tuple[list[Transfer], list[Transfer]]],
     splits: int,
 ) -> str:
     lines = [
@@ -125,17 +125,24 @@ def _report(
     for row in forgotten:
         median = "gone" if np.isnan(row.median_m) else f"{row.median_m:.0f}"
         lines.append(f"| {row.age_s / 60:g} min | {row.rule} | {median} | {100 * row.misplaced:.0f} % |")
-    for where, rows in checks.items():
+    for where, (under_way, at_rest) in checks.items():
         lines += [
             "",
             f"## The 95 % sets on {where}",
             "",
-            "| age | outcomes | as in the file | adapting | after 30 minutes of adapting |",
-            "| --- | --- | --- | --- | --- |",
+            "| ships | age | outcomes | as in the file | adapting | after 30 minutes of adapting |",
+            "| --- | --- | --- | --- | --- | --- |",
+            *_checked("under way", under_way),
+            *_checked("at rest", at_rest),
         ]
-        for t in rows:
-            late = f"{100 * t.adapted_late:.1f} % of {t.scored_late}" if t.scored_late else "-"
-            if t.scored:
-                shares = f"{100 * t.fixed:.1f} % | {100 * t.adapted:.1f} %"
-                lines.append(f"| {t.age_s / 60:g} min | {t.scored} | {shares} | {late} |")
     return "\n".join(lines) + "\n"
+
+
+def _checked(who: str, rows: list[Transfer]) -> list[str]:
+    lines = []
+    for t in rows:
+        late = f"{100 * t.adapted_late:.1f} % of {t.scored_late}" if t.scored_late else "-"
+        if t.scored:
+            shares = f"{100 * t.fixed:.1f} % | {100 * t.adapted:.1f} %"
+            lines.append(f"| {who} | {t.age_s / 60:g} min | {t.scored} | {shares} | {late} |")
+    return lines

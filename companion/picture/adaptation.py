@@ -7,21 +7,26 @@ Forecasts of one ship overlap, ten minutes long more than one minute, so the rat
 """
 
 from collections import Counter, deque
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
 from companion.instant import Instant, elapsed_s
 from companion.messages import SPREAD_AGES_S, FloatArray, Reason
+from companion.picture.behaviour import UNDER_WAY_MPS
 from companion.picture.forecast import SORTS, Outcome
-from companion.picture.learned import LearnedBounds
+from companion.picture.learned import STILL_MPS, LearnedBounds
 
 RATE = 0.1  # at the shortest age, in natural logarithms of size
 LOWEST, HIGHEST = -1.0, 3.0
 SHOWN_S = 60.0  # how long a miss stays an event
 MOST_EVENTS = 50
 MOST_WAITING = 1000
-Cell = tuple[int, int]  # sort of ship, stated age
+CELLS = (*SORTS, "still", "slow")
+STILL, SLOW = len(SORTS), len(SORTS) + 1  # ships at rest: at berth; creeping, or swinging at anchor
+UNDER_WAY = range(len(SORTS))
+Cell = tuple[int, int]  # of CELLS, stated age
 ENOUGH, SHORTFALL = 200, 0.05  # outcomes; how far below the level is a doubt
 
 
@@ -45,12 +50,19 @@ class Miss:
         )
 
 
+def cell_of(outcome: Outcome) -> Cell:
+    """Which controller an outcome belongs to."""
+    fix = outcome.forecast.fix
+    rest = STILL if (fix.sog_mps or 0.0) < STILL_MPS else SLOW
+    return (outcome.forecast.sort if fix.is_under_way else rest), outcome.watch
+
+
 class Adaptation:
     """Scores outcomes, raises or lowers the sets, and knows the running coverage."""
 
     def __init__(self, bounds: LearnedBounds) -> None:
         self._bounds = bounds
-        self._raised = np.zeros((len(SORTS), len(SPREAD_AGES_S)))
+        self._raised = np.zeros((len(CELLS), len(SPREAD_AGES_S)))
         self._misses: deque[Miss] = deque(maxlen=MOST_EVENTS)
         self._waiting: list[Outcome] = []  # scored together, before anybody looks
         self._scored: Counter[Cell] = Counter()
@@ -63,7 +75,7 @@ class Adaptation:
 
     @property
     def raised(self) -> FloatArray:
-        """(sorts, K) what is added to the quantiles of each sort of ship."""
+        """(CELLS, K) what is added to the logarithms of the sizes of each sort of ship."""
         self._settle()
         return self._raised
 
@@ -80,8 +92,9 @@ class Adaptation:
         return self._missed
 
     def take(self, outcome: Outcome) -> None:
-        """Score one outcome of a ship that was under way."""
-        if outcome.forecast.fix.is_under_way:
+        """Score one outcome of a ship whose speed was known, and its course if it had way on."""
+        fix = outcome.forecast.fix
+        if fix.is_under_way or (fix.sog_mps is not None and fix.sog_mps < UNDER_WAY_MPS):
             self._waiting.append(outcome)
             if len(self._waiting) >= MOST_WAITING:
                 self._settle()
@@ -95,7 +108,7 @@ class Adaptation:
             self._judge(outcome, score)
 
     def _judge(self, outcome: Outcome, score: float) -> None:
-        cell = outcome.forecast.sort, outcome.watch
+        cell = cell_of(outcome)
         missed = score > self._raised[cell]
         rate = RATE * SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch]
         step = rate * (float(missed) - (1.0 - self._bounds.level))
@@ -107,10 +120,10 @@ class Adaptation:
                 Miss(outcome.at, outcome.mmsi, outcome.age_s, outcome.ahead_m, outcome.aside_m)
             )
 
-    def coverage(self, sort: int | None = None, age: int | None = None) -> tuple[float, int]:
+    def coverage(self, sorts: Collection[int] = UNDER_WAY, age: int | None = None) -> tuple[float, int]:
         """Share of outcomes inside their sets, and how many there were; NaN for none."""
         self._settle()
-        cells = [c for c in self._scored if (sort is None or c[0] == sort) and (age is None or c[1] == age)]
+        cells = [c for c in self._scored if c[0] in sorts and (age is None or c[1] == age)]
         scored = sum(self._scored[c] for c in cells)
         missed = sum(self._missed[c] for c in cells)
         return (1.0 - missed / scored if scored else float("nan")), scored
@@ -118,10 +131,13 @@ class Adaptation:
     def notes(self, now: Instant) -> list[Reason]:
         """The running coverage, and the newest miss."""
         share, scored = self.coverage()
+        at_rest, resting = self.coverage((STILL, SLOW))
         if not scored:
             return []
         wanted = self._bounds.level
         text = f"{100 * share:.1f} % of {scored} forecasts held, wanted {100 * wanted:g} %"
+        if resting:
+            text += f"; of {resting} of ships at rest {100 * at_rest:.1f} %"
         low = scored >= ENOUGH and share < wanted - SHORTFALL
         notes = [Reason("picture.coverage_low" if low else "note.coverage", text)]
         fresh = [m for m in self._misses if 0.0 <= elapsed_s(m.at, now) <= SHOWN_S]

@@ -81,7 +81,11 @@ class LearnedBounds:
         scale = np.exp(self.base[:, k] + np.einsum("nif,nf->in", self.weights[k], x)) * grown
         out = np.stack((np.maximum(ahead, 0.0), np.maximum(-ahead, 0.0), np.abs(aside))) / scale
         whole = out.sum(axis=0) if self.model is Model.KITE else out.max(axis=0)
-        return np.asarray(np.log(np.maximum(whole, 1e-6)) - self.quantile[k])
+        under_way = np.log(np.maximum(whole, 1e-6)) - self.quantile[k]
+        sog = np.array([o.forecast.fix.sog_mps or 0.0 for o in outcomes])
+        radius = np.where(sog < STILL_MPS, self.still_m[k], self.slow_m[k]) * grown
+        at_rest = np.log(np.maximum(np.maximum(abs(ahead), abs(aside)) / radius, 1e-6))
+        return np.asarray(np.where([o.forecast.fix.is_under_way for o in outcomes], under_way, at_rest))
 
     def spread_m(
         self, features: FloatArray, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray
@@ -95,9 +99,12 @@ class LearnedBounds:
         half = np.exp(log_scale + (self.quantile + raised)[:, :, None])
         return limited(np.maximum.accumulate(half, axis=1), sog_mps, top_mps)
 
-    def at_rest_m(self, sog_mps: FloatArray, top_mps: FloatArray) -> FloatArray:
-        """(n, K, 3) half sizes of the squares around ships not under way: at berth, at anchor, creeping."""
-        radius = np.where((sog_mps < STILL_MPS)[:, None], self.still_m, self.slow_m)
+    def at_rest_m(self, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray) -> FloatArray:
+        """(n, K, 3) half sizes of the squares around ships not under way: at berth, at anchor, creeping.
+
+        `raised` (n, K) is added to the logarithms.
+        """
+        radius = np.where((sog_mps < STILL_MPS)[:, None], self.still_m, self.slow_m) * np.exp(raised)
         return limited(np.repeat(radius[:, :, None], 3, axis=2), np.zeros(len(sog_mps)), top_mps)
 
 

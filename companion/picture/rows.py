@@ -11,11 +11,12 @@ import numpy as np
 from companion.geodesy import LocalFrame
 from companion.instant import Instant
 from companion.messages import FloatArray, Tracks
-from companion.picture.adaptation import Adaptation
+from companion.picture.adaptation import SLOW, STILL, Adaptation
 from companion.picture.area import ALWAYS, entries_ns
 from companion.picture.association import Hypothesis
 from companion.picture.bounds import Assumptions
 from companion.picture.contact import Contact
+from companion.picture.learned import STILL_MPS
 from companion.picture.table import NEVER, Block, Table
 
 
@@ -103,7 +104,8 @@ class Rows:
         top = self._assumptions.top_speeds_mps(sog)
         slow = sog < self._assumptions.slow_below_mps
         found = np.full((len(places), len(bounds.quantile), 3), np.nan)
-        found[slow] = bounds.at_rest_m(sog[slow], top[slow])
+        rest = np.where(sog[slow] < STILL_MPS, STILL, SLOW)
+        found[slow] = bounds.at_rest_m(adaptation.raised[rest], sog[slow], top[slow])
         known = [place.history.known() if place.history is not None else None for place in places]
         under_way = ~slow & np.isfinite(said).all(axis=1) & np.array([each is not None for each in known])
         way = np.flatnonzero(under_way)
