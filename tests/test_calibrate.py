@@ -142,6 +142,23 @@ def test_adaptation_brings_coverage_back_within_two_points_in_half_an_hour() -> 
         assert row.adapted_late == pytest.approx(LEVEL, abs=0.02)
 
 
+def test_bounds_of_the_open_sea_serve_a_harbour_after_half_an_hour(shared_data: Path, tmp_path: Path) -> None:
+    """Learned in the Gulf of Finland, used among Houston's ferries and tows, none of which it has seen."""
+    gulf = collect(traffic.read(shared_data / GULF, Counter()))
+    path = tmp_path / "gulf.bounds.toml"
+    found = calibrate(gulf, "kite", np.random.default_rng(0))
+    path.write_text(bounds_file.text(found, gulf, (LEVEL,), ["gulf"]))
+    under_way, at_rest = transfer(
+        learned.load(str(path), LEVEL), traffic.read(shared_data / HOUSTON, Counter())
+    )
+    assert min(row.fixed for row in under_way) < LEVEL - 0.05
+    for row in under_way:
+        assert row.scored_late > 500
+        assert row.adapted_late == pytest.approx(LEVEL, abs=0.02)
+    # of ships at berth most do not move at all: their sets end at the smallest there are
+    assert all(row.adapted_late > LEVEL - 0.02 for row in at_rest)
+
+
 def test_a_ship_with_a_bounds_file_gets_a_set_that_follows_its_own_behaviour() -> None:
     """A steady ship's set is smaller than one's that turned a minute ago."""
     steady, turning = [], []

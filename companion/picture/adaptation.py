@@ -1,11 +1,13 @@
-"""Bounds that learn at run time: adaptive conformal inference, one controller per sort of ship and age.
+"""Bounds that learn at run time: adaptive conformal inference for every age, of all ships and of each sort.
 
-Every outcome is scored against the set that foretold it.  A miss raises the logarithm of that sort's sets
-at that age by `rate * level`, a hit lowers it by `rate * (1 - level)`: whatever the water is like, the share
-of hits tends to the level (quantile tracking; Gibbs and Candes 2021, Angelopoulos et al. 2023).
-Forecasts of one ship overlap, ten minutes long more than one minute, so the rate falls with the age.
+Every outcome is scored against the set that foretold it.  A miss raises the logarithm of the sets at that
+age by `rate * level`, a hit lowers it by `rate * (1 - level)`: whatever the water is like, the share of hits
+tends to the level (quantile tracking; Gibbs and Candes 2021, Angelopoulos et al. 2023).  Half of the step is
+taken by all ships under way alike, so that a new water is learned soon, half by the ship's sort.  The steps
+are large at first and then fall; and smaller at greater ages, for forecasts of one ship overlap.
 """
 
+import math
 from collections import Counter, deque
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -18,8 +20,9 @@ from companion.picture.behaviour import UNDER_WAY_MPS
 from companion.picture.forecast import SORTS, Outcome
 from companion.picture.learned import STILL_MPS, LearnedBounds
 
-RATE = 0.1  # at the shortest age, in natural logarithms of size
-LOWEST, HIGHEST = -1.0, 3.0
+RATE = 0.1  # at the shortest age, in natural logarithms of size; falls with the root of the age
+EAGER, EAGER_FOR = 8.0, 30.0  # times as large at first, half as much after so many outcomes
+LOWEST, HIGHEST = -1.5, 3.0
 SHOWN_S = 60.0  # how long a miss stays an event
 MOST_EVENTS = 50
 MOST_WAITING = 1000
@@ -62,7 +65,9 @@ class Adaptation:
 
     def __init__(self, bounds: LearnedBounds) -> None:
         self._bounds = bounds
-        self._raised = np.zeros((len(CELLS), len(SPREAD_AGES_S)))
+        self._shared = np.zeros((2, len(SPREAD_AGES_S)))  # of ships under way, and at rest
+        self._own = np.zeros((len(CELLS), len(SPREAD_AGES_S)))
+        self._steps: Counter[Cell] = Counter()  # of the shared ones
         self._misses: deque[Miss] = deque(maxlen=MOST_EVENTS)
         self._waiting: list[Outcome] = []  # scored together, before anybody looks
         self._scored: Counter[Cell] = Counter()
@@ -77,7 +82,7 @@ class Adaptation:
     def raised(self) -> FloatArray:
         """(CELLS, K) what is added to the logarithms of the sizes of each sort of ship."""
         self._settle()
-        return self._raised
+        return self._own + np.repeat(self._shared, (len(SORTS), 2), axis=0)
 
     @property
     def scored(self) -> Counter[Cell]:
@@ -109,11 +114,18 @@ class Adaptation:
 
     def _judge(self, outcome: Outcome, score: float) -> None:
         cell = cell_of(outcome)
-        missed = score > self._raised[cell]
-        rate = RATE * SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch]
-        step = rate * (float(missed) - (1.0 - self._bounds.level))
-        self._raised[cell] = min(max(self._raised[cell] + step, LOWEST), HIGHEST)
+        shared = int(cell[0] >= STILL), outcome.watch
+        missed = score > self._shared[shared] + self._own[cell]
         self._scored[cell] += 1
+        self._steps[shared] += 1
+        rate = RATE * math.sqrt(SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch])
+        step = rate / 2 * (float(missed) - (1.0 - self._bounds.level))
+        for raised, which, count in (
+            (self._shared, shared, self._steps[shared]),
+            (self._own, cell, self._scored[cell]),
+        ):
+            eager = max(EAGER / (1.0 + count / EAGER_FOR), 1.0)
+            raised[which] = min(max(raised[which] + eager * step, LOWEST), HIGHEST)
         if missed:
             self._missed[cell] += 1
             self._misses.append(
