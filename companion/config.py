@@ -89,6 +89,9 @@ class Contacts(Section, frozen=True):
     `slow_below_mps` a course means nothing: such a ship may go any way at that speed, but no farther than
     `anchored_m` or `moored_m` while it says that it is at anchor, or moored or aground.
 
+    A ship whose sensor of turn reports at least `turning_above_radps` (0: none) is taken to turn at that rate,
+    within `turn_rate_error_radps`, or to end its turn at any moment.
+
     `bounds_file`, written by `companion calibrate` (a file, or a name in models/), replaces the noise bounds
     of ships under way by how far recorded ships strayed, such that a share `bounds_level` of them stayed
     inside; empty: the constants above hold.
@@ -107,6 +110,8 @@ class Contacts(Section, frozen=True):
     slow_below_mps: NonNegative = 0.5
     anchored_m: NonNegative = 300.0
     moored_m: NonNegative = 30.0
+    turning_above_radps: NonNegative = 0.003
+    turn_rate_error_radps: NonNegative = 0.001
     validity_s: Positive = 600.0
     own_mmsi: Annotated[int, Meta(ge=0, le=999_999_999)] = 0
     bounds_file: str = ""
@@ -141,10 +146,15 @@ class Planner(Section, frozen=True):
 
 
 class RepulsionChoice(Section, frozen=True):
-    """Who computes the repulsion: the network or the exact sets.  `model`: a file, or a name in models/."""
+    """Who computes the repulsion: the network or the exact sets.
+
+    `model`: a file, or a name in models/; `turning_model` the same for ships that turn, or "" for the exact
+    sets there.
+    """
 
     kind: Literal["network", "exact"] = "network"
     model: str = "straight"
+    turning_model: str = "turning"
 
 
 class Guard(Section, frozen=True):

@@ -57,7 +57,7 @@ def replay(path: Path, tolerance: Tolerance = EXACT) -> Replayed:
     log = Log(path)
     configured = config.from_mapping(log.session.config, str(log.path))
     companion = build.build(configured)
-    notes = differences(log.session, session(configured, companion.model_digest))
+    notes = differences(log.session, session(configured, companion.model_digest, companion.turning_digest))
     return compare(log, companion.core, companion.encoder, tolerance, notes)
 
 

@@ -1,7 +1,8 @@
 """Does a model ever claim more distance than there is?  `python -m models.soundness NAME --points 10000000`
 
 Ships over the model's whole domain, the vehicle from deep inside their sets to kilometres off, through
-onnxruntime; the exact tubes decide, and where they say less, the closed-form support.
+onnxruntime; the exact tubes decide, and where they say less, the closed-form support.  For ships that turn
+the exact tubes are the unions of slabs of `companion.reach.turning`.
 Ends with status 1 if one point is unsafe.
 """
 
@@ -10,9 +11,11 @@ import sys
 from dataclasses import dataclass
 
 import numpy as np
+from onnxruntime import InferenceSession
 
+from companion import reach
 from companion.messages import FloatArray
-from companion.planning.model_file import METADATA_KEY, decode_metadata, read_bytes
+from companion.planning.model_file import METADATA_KEY, TURNING, decode_metadata, read_bytes
 from companion.planning.network import INPUT, OUTPUTS, open_session
 from companion.planning.onnx_weights import metadata_text
 from companion.planning.rows import COLUMNS
@@ -21,6 +24,7 @@ from models import sampling
 
 BANDS_M = ((5.0, 10.0), (0.0, 5.0), (5.0, 10.0), (10.0, 200.0), (-60.0, 0.0), (200.0, 30_000.0))
 CHUNK = 50_000
+PLACES, SLABS_AT_ONCE = 500, 200  # around a ship that turns
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +66,45 @@ def run(name: str, points: int, seed: int = 0, *, show: bool = False) -> Verdict
         rng = np.random.default_rng((seed, done))
         low, high = BANDS_M[done // CHUNK % len(BANDS_M)]
         n = min(CHUNK, points - done)
-        rows = sampling.place(rng, sampling.ships(rng, n, domain), low, high)
-        claimed, away, _ = session.run(OUTPUTS, {INPUT: rows})
-        under = sampling.exact(rows)[0] - claimed
-        doubtful = ~(under >= 0)
-        under[doubtful] = least_distance(rows[doubtful], away[doubtful]) - claimed[doubtful]
+        if metadata.kind == TURNING:
+            under = _under_turning(session, rng, n, domain, (low, high))
+        else:
+            rows = sampling.place(rng, sampling.ships(rng, n, domain), low, high)
+            claimed, away, _ = session.run(OUTPUTS, {INPUT: rows})
+            under = sampling.exact(rows)[0] - claimed
+            doubtful = ~(under >= 0)
+            under[doubtful] = least_distance(rows[doubtful], away[doubtful]) - claimed[doubtful]
         unsafe += int((~(under >= 0)).sum())
         nearest = min(nearest, float(under.min()))
         done += n
         if show and done // CHUNK % 20 == 0:
             print(f"{done} points, {unsafe} unsafe, nearest {1000 * nearest:.3f} mm", flush=True)
     return Verdict(done, unsafe, nearest)
+
+
+def _under_turning(
+    session: InferenceSession, rng: np.random.Generator, n: int, domain: sampling.Domain, band: tuple[float, float]
+) -> FloatArray:
+    """(n,) true minus claimed distance, at many places around each of a few ships that turn."""
+    parts = []
+    for row in sampling.ships(rng, -(-n // PLACES), domain):
+        row[:2] = 0.0
+        sets = reach.tube(sampling.tracks_of(row[None]), sampling.NOW, row[5])
+        tau = rng.uniform(row[4], max(row[4], row[5]), PLACES)
+        way = row[2] + row[15] * tau / 2
+        at = row[3] * tau[:, None] * np.column_stack((np.cos(way), np.sin(way)))
+        at += rng.normal(scale=rng.choice([50.0, 300.0]), size=at.shape)
+        for _ in range(2):
+            distance, away = sets.nearest_many(at)
+            at += (rng.uniform(*band, PLACES) - distance[:, 0])[:, None] * away[:, 0]
+        rows = np.repeat(row[None], PLACES, axis=0)
+        rows[:, :2] = at
+        pieces = max(int(np.ceil((row[5] - row[4]) / 10.0)), 1) * PLACES // SLABS_AT_ONCE + 1
+        claimed = np.concatenate([
+            session.run(OUTPUTS, {INPUT: part})[0] for part in np.array_split(rows, pieces)
+        ])  # fmt: skip
+        parts.append(sets.nearest_many(at)[0][:, 0] - claimed)
+    return np.concatenate(parts)[:n]
 
 
 def main() -> int:

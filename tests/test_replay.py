@@ -180,7 +180,9 @@ def real_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     config = from_mapping(scenario.companion_tables(sea.goal_deg, {"vehicle": {"listen_s": 20.0}}))
     companion = build.build(config)
     lockstep = Hurried(sea)
-    with Recorder(folder / "log.mcap", session(config, companion.model_digest)) as recorder:
+    with Recorder(
+        folder / "log.mcap", session(config, companion.model_digest, companion.turning_digest)
+    ) as recorder:
         loop.run(lockstep, companion.core, companion.encoder, lockstep, recorder, lambda: 0.0)
     return folder
 

@@ -7,6 +7,8 @@ the newest believed report itself.  What is assumed, in the order of the code:
   flagged), plus AIS's quantisation, plus the way the ship can make in the time stamp's error;
 - a ship under way keeps course and speed within `course_noise_rad` and `speed_noise_mps`, free to
   vary at every instant, for `validity_s` after the report (the paper's ship);
+- one whose sensor of turn reports `turning_above_radps` or more may go on turning at that rate, within
+  `turn_rate_error_radps`, or end the turn at any moment;
 - a ship slower than `slow_below_mps` keeps its speed within the same noise for the same time, but
   may go any way: a small growing disc, because a course at such speeds means nothing;
 - so does a ship that tells its speed but no course: a disc that grows at its speed and the noise;
@@ -60,6 +62,8 @@ class Bounds(NamedTuple):
     top_speed_mps: FloatArray
     validity_s: FloatArray
     model: FloatArray  # of `Model`; floats so that all columns are one array
+    turn_rate_radps: FloatArray
+    turn_rate_error_radps: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +84,20 @@ class Assumptions:
         ship = self.contacts
         said = np.array(
             [
-                (r.cog_rad, r.sog_mps, r.heading_rad, r.accurate, r.age_error_s, r.navigational_status)
+                (
+                    r.cog_rad,
+                    r.sog_mps,
+                    r.heading_rad,
+                    r.turn_rate_radps,
+                    r.accurate,
+                    r.age_error_s,
+                    r.navigational_status,
+                )
                 for r in reports
             ],
             dtype=np.float64,  # None becomes NaN
-        ).reshape(-1, 6)
-        cog, sog, heading, accurate, age_error_s, status = said.T
+        ).reshape(-1, 7)
+        cog, sog, heading, turn, accurate, age_error_s, status = said.T
         extent = np.array([(h.bow_m, h.stern_m, h.port_m, h.starboard_m) for h in extents]).reshape(-1, 4)
         has_speed, has_course = np.isfinite(sog), np.isfinite(cog)
         slow = sog < self.slow_below_mps
@@ -113,10 +125,28 @@ class Assumptions:
             # the report may be older than it says, and then its bounds end sooner
             validity_s=np.maximum(ship.validity_s - age_error_s, 0.0),
             model=np.where(straight, float(Model.STRAIGHT), float(Model.DISC)),
+            turn_rate_radps=0.0 * one,
+            turn_rate_error_radps=0.0 * one,
         )
+        turns = straight & (abs(turn) >= ship.turning_above_radps) & (ship.turning_above_radps > 0)
+        bounds = self._as_turning(bounds, turns, np.where(turns, turn, 0.0))
         if spread_m is None:
             return self._held_fast(bounds, slow, status)
-        return self._as_learned(bounds, age_error_s, slow, straight, spread_m)
+        return self._as_learned(bounds, age_error_s, slow, straight & ~turns, spread_m)
+
+    def _as_turning(self, bounds: Bounds, turns: BoolArray, rate: FloatArray) -> Bounds:
+        """A ship in a turn may go on turning at its rate, or end the turn at any moment.
+
+        Believed for as long as that leaves half a circle of courses out.
+        """
+        error = self.contacts.turn_rate_error_radps
+        room_s = (math.pi - 2 * bounds.course_noise_rad) / np.maximum(abs(rate) + 2 * error, 1e-9)
+        return bounds._replace(
+            validity_s=np.where(turns, np.minimum(bounds.validity_s, np.floor(room_s)), bounds.validity_s),
+            model=np.where(turns, float(Model.TURNING), bounds.model),
+            turn_rate_radps=np.where(turns, rate / 2, 0.0),
+            turn_rate_error_radps=np.where(turns, abs(rate) / 2 + error, 0.0),
+        )
 
     def _held_fast(self, bounds: Bounds, slow: BoolArray, status: FloatArray) -> tuple[Bounds, FloatArray]:
         """Ships at anchor or berth: squares that stop growing."""

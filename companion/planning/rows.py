@@ -26,6 +26,7 @@ COLUMNS = (
     "starboard_m",
     "position_error_m",
 )
+TURNING_COLUMNS = (*COLUMNS, "turn_rate_radps", "turn_rate_error_radps")
 
 
 class ContactRows:

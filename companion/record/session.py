@@ -13,14 +13,15 @@ from companion.record.schema import SCHEMA_VERSION, Session
 LIBRARIES = ("numpy", "onnxruntime", "pymavlink", "pymap3d", "filterpy")  # their digits are in the decisions
 
 
-def session(config: Config, model_digest: str) -> Session:
-    """Describe this process; `model_digest` is "" where no network was loaded."""
+def session(config: Config, model_digest: str, turning_digest: str = "") -> Session:
+    """Describe this process; a digest is "" where no such network was loaded."""
     return Session(
         schema_version=SCHEMA_VERSION,
         software=version("companion"),
         rate_hz=config.timing.rate_hz,
         config=to_mapping(config),
         model_sha256=model_digest or None,
+        turning_model_sha256=turning_digest or None,
         bounds_sha256=learned.digest(config.contacts.bounds_file) or None,
         code_sha256=code_digest(),
         versions={
@@ -42,10 +43,15 @@ def code_digest() -> str:
 
 
 def differences(recorded: Session, here: Session) -> tuple[str, ...]:
-    """What is other here than where the log was made, in sentences."""
+    """What is other here than where the log was made, in sentences; older logs knew of no turning model."""
     found = []
     for what, then, now in (
         ("model", recorded.model_sha256, here.model_sha256),
+        (
+            "turning model",
+            recorded.turning_model_sha256 or here.turning_model_sha256,
+            here.turning_model_sha256,
+        ),
         ("bounds file", recorded.bounds_sha256, here.bounds_sha256),
     ):
         if then != now:
