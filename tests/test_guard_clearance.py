@@ -119,7 +119,7 @@ def test_a_candidate_that_fails_the_last_look_gives_way_to_the_next_best() -> No
 def test_margins_grow_under_water_and_with_the_time_flown() -> None:
     assert MARGINS.localised(0.0) == pytest.approx(5 + 2 + 0.01 * 100)
     assert MARGINS.localised(50.0) == pytest.approx(5 + 2 + 0.01 * 150)
-    assert MARGINS.at(5.0) - MARGINS.at(0.0) == pytest.approx(3.0 + 0.05)
+    assert MARGINS.at(3.0) - MARGINS.at(0.0) == pytest.approx(3.0 + 0.03)
     assert MARGINS.at(10.0) - MARGINS.at(5.0) == pytest.approx(0.05)
 
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from companion.instant import instant
-from companion.messages import OwnState, Tracks
+from companion.messages import OwnState
 from companion.planning.guard.watch import MEMORY_S, Watch
 from companion.planning.guard.way_out import WayOut
-from tests.builders import T0, config, own, tracks
+from tests.builders import T0, config, own
 
 
 def way_out(north_m: float = 0.0) -> WayOut:
@@ -73,43 +73,6 @@ def test_turning_round_takes_its_time_and_is_no_current() -> None:
     watch = Watch(config())
     for second in range(20):
         assert looked(watch, moving(0.0, float(second), 0.0), sent=2.5) == set()
-
-
-SHIP = {"speed_noise_mps": 0.1, "course_noise_rad": 0.02, "position_error_m": 5.0}
-
-
-@pytest.mark.parametrize(
-    ("later", "foretold"),
-    [
-        ({"north_m": 300.0}, True),
-        ({"north_m": 300.0 + 6.0 + 9.9}, True),  # the noise, and both position errors
-        ({"north_m": 300.0 + 6.0 + 10.5}, False),
-        ({"north_m": 300.0, "east_m": 16.0}, True),
-        ({"north_m": 300.0, "east_m": 18.0}, False),
-        ({"north_m": 300.0, "cog_rad": 0.039}, True),
-        ({"north_m": 300.0, "cog_rad": 0.041}, False),
-        ({"north_m": 300.0, "sog_mps": 5.19}, True),
-        ({"north_m": 300.0, "sog_mps": 5.21}, False),
-        ({"north_m": 0.0, "measured_at_s": 0.0}, True),  # nothing new
-        ({"north_m": 900.0, "mmsi": 230_000_099}, True),  # another ship
-        ({"north_m": 900.0, "measured_at_s": 700.0}, True),  # the bounds had ended
-        ({"north_m": 900.0, "model": 1}, True),  # nothing was foretold
-    ],
-)
-def test_a_report_is_held_against_what_the_last_one_foretold(later: dict[str, float], foretold: bool) -> None:
-    watch = Watch(config())
-    watch.compare(tracks(SHIP), tracks({**SHIP, "measured_at_s": 60.0, **later}))
-    assert watch.is_foretold is foretold
-    assert looked(watch, own()) == (set() if foretold else {"guard.report_unforetold"})
-
-
-def test_a_ship_in_two_places_foretells_nothing() -> None:
-    watch = Watch(config())
-    twice = tracks({**SHIP, "mmsi": 230_000_001}, {**SHIP, "mmsi": 230_000_001, "north_m": 5000.0})
-    watch.compare(twice, tracks({**SHIP, "north_m": 900.0, "measured_at_s": 60.0}))
-    assert watch.is_foretold
-    watch.compare(Tracks.empty(), twice)
-    assert watch.is_foretold
 
 
 def test_a_way_out_leads_back_to_its_path_and_stops_in_time() -> None:

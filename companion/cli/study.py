@@ -36,6 +36,13 @@ STUDIES = (
         guard_options.add_endurance,
         "sitl.studies.endurance",
     ),
+    Study(
+        "liveness",
+        "what a guard costs a planner that means well",
+        guard_options.LIVENESS,
+        guard_options.add_liveness,
+        "sitl.studies.liveness",
+    ),
     Study("ugv", "the paper's ground-vehicle case", of.UGV, of.add_ugv, "sitl.studies.ugv"),
     Study("age", "how old information may be", of.AGE, of.add_age, "sitl.studies.age"),
 )

@@ -33,7 +33,7 @@ class Prepared:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Same:
+class Same:
     """Tracks compared by identity: they are immutable."""
 
     tracks: Tracks
@@ -42,16 +42,16 @@ class _Same:
         return id(self.tracks)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and self.tracks is other.tracks
+        return isinstance(other, Same) and self.tracks is other.tracks
 
 
 def prepare(tracks: Tracks, kernel: Kernel) -> Prepared:
     """The shapes of `tracks`; the latest few are remembered, which no result depends on."""
-    return _prepared(_Same(tracks), kernel)
+    return _prepared(Same(tracks), kernel)
 
 
 @lru_cache(maxsize=4)
-def _prepared(same: _Same, kernel: Kernel) -> Prepared:
+def _prepared(same: Same, kernel: Kernel) -> Prepared:
     tracks = same.tracks
     parts: list[tuple[IntArray | None, Shapes]] = []
     for model, shapes in MODELS.items():
@@ -69,8 +69,13 @@ def _prepared(same: _Same, kernel: Kernel) -> Prepared:
         may_be_open = column.name in ("validity_s", "draught_m")
         if isinstance(values, np.ndarray) and not may_be_open and not np.isfinite(values).all():
             raise ValueError(f"tracks.{column.name} has a value that is no finite number")
+    return Prepared(tuple(parts), hull_m(tracks))
+
+
+def hull_m(tracks: Tracks) -> FloatArray:
+    """(n,) what the hull adds on all sides when it may have turned any way; a disc has it already."""
     hull = np.hypot(np.maximum(tracks.bow_m, tracks.stern_m), np.maximum(tracks.port_m, tracks.starboard_m))
-    return Prepared(tuple(parts), np.where(tracks.model == Model.DISC, 0.0, hull))
+    return np.where(tracks.model == Model.DISC, 0.0, hull)
 
 
 def only(tracks: Tracks, rows: IntArray) -> Tracks:

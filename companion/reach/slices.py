@@ -10,10 +10,11 @@ For STRAIGHT and DISC the set at age t is  o0 + t K + H  with convex K and H.  T
 
 is convex in position and time together, and along a straight run at velocity v it is nowhere below
 its tangent, whose slope is  n . v - h_K(n):  exact between instants, without a Lipschitz constant.
-For TURNING the same bound holds with the ship's greatest speed, the swing of its hull included.
+For TURNING, KITE and BOX the same bound holds with the greatest speed of the set's edge.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -24,7 +25,8 @@ from companion.reach.disc import DiscSets
 from companion.reach.hull import Corners
 from companion.reach.interface import Distances
 from companion.reach.kernel import Kernel, nearest
-from companion.reach.shapes import Prepared, prepare
+from companion.reach.shapes import Prepared, Same, hull_m, only, prepare
+from companion.reach.spread import SpreadShapes, edge_speed_mps, spread_shapes
 from companion.reach.straight import StraightShapes
 from companion.reach.support import support_motion
 from companion.reach.turning import SLAB_S, TurningShapes
@@ -42,38 +44,35 @@ class Slices:
     """
 
     tracks: Tracks
+    kernel: Kernel
     drift_mps: FloatArray
     spread_mps: FloatArray
     size_m: FloatArray
     turned_m: FloatArray  # added at the end of the validity
-    straight: StraightShapes | None
-    place: IntArray  # (n,) of a row among the straight ones, or -1
-    turning: TurningShapes | None
-    turn: IntArray  # (n,) of a row among the turning ones, or -1
 
     @classmethod
     def of(cls, tracks: Tracks, kernel: Kernel = nearest) -> "Slices":
-        """Prepare what only a new report changes."""
-        prepared = prepare(tracks, kernel)
-        straight = _place(prepared, StraightShapes, len(tracks))
-        turning = _place(prepared, TurningShapes, len(tracks))
+        """The discs around the sets; the sets' own shapes are prepared when first asked for.
+
+        Raises `ValueError` for a number that is not finite: it would let a ship out of every comparison.
+        """
         hull = Corners.of(tracks).length_m.max(axis=0, initial=0.0)
-        is_straight = straight[1] >= 0
+        is_straight = tracks.model == Model.STRAIGHT
         fast = tracks.sog_mps + tracks.speed_noise_mps
         course = np.column_stack((np.cos(tracks.cog_rad), np.sin(tracks.cog_rad)))
         drift = np.where(is_straight[:, None], tracks.sog_mps[:, None] * course, 0.0)
         aside = tracks.speed_noise_mps + 2 * fast * np.sin(0.5 * tracks.course_noise_rad)
         swing = (np.abs(tracks.turn_rate_radps) + tracks.turn_rate_error_radps) * hull
         roaming = np.where(tracks.model == Model.DISC, tracks.disc_speed_mps, fast + swing)
-        return cls(
-            tracks,
-            drift,
-            np.where(is_straight, aside, roaming),
-            hull + tracks.position_error_m,
-            prepared.turned_m,
-            *straight,
-            *turning,
-        )
+        spread = np.where(is_straight, aside, roaming)
+        strays = tracks.model >= Model.KITE
+        if strays.any():
+            spread = np.where(strays, edge_speed_mps(tracks), spread)
+        size, turned = hull + tracks.position_error_m, hull_m(tracks)
+        for values in (tracks.north_m, tracks.east_m, tracks.top_speed_mps, drift, spread, size, turned):
+            if not np.isfinite(values).all():
+                raise ValueError("tracks have a value that is no finite number")
+        return cls(tracks, kernel, drift, spread, size, turned)
 
     def __len__(self) -> int:
         return len(self.tracks)
@@ -102,6 +101,8 @@ class Slices:
             (Model.STRAIGHT, self._straight),
             (Model.DISC, self._disc),
             (Model.TURNING, self._turning),
+            (Model.KITE, self._spread),
+            (Model.BOX, self._spread),
         ):
             some = np.flatnonzero(kind == model)
             if len(some) == len(rows):
@@ -120,14 +121,14 @@ class Slices:
         slow = tracks.sog_mps[rows] - tracks.speed_noise_mps[rows]
         fast = tracks.sog_mps[rows] + tracks.speed_noise_mps[rows]
         along = support_motion(slow, fast, tracks.course_noise_rad[rows], angle)
-        within = np.where(self.place[rows] >= 0, along, self.spread_mps[rows])
+        within = np.where(tracks.model[rows] == Model.STRAIGHT, along, self.spread_mps[rows])
         return np.where(age_s > tracks.validity_s[rows], tracks.top_speed_mps[rows], within)
 
     def _straight(
         self, rows: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
     ) -> Distances:
-        assert self.straight is not None
-        shapes, place = self.straight, self.place[rows]
+        shapes, places = _straight(Same(self.tracks), self.kernel)
+        place = places[rows]
         slow, fast = shapes.slow_mps[place], shapes.fast_mps[place]
         near = np.minimum(age * slow, until * slow)
         far = until * fast
@@ -152,23 +153,47 @@ class Slices:
         self, rows: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
     ) -> Distances:
         """Tubes between round ages, which contain those asked for; each is computed once."""
-        assert self.turning is not None
+        turning, places = _turning(Same(self.tracks), self.kernel)
         begin = SLAB_S * np.floor(age / SLAB_S)
         end = np.maximum(SLAB_S * np.ceil(until / SLAB_S), begin + SLAB_S)
-        asked, which = np.unique(np.stack((self.turn[rows], begin, end)), axis=1, return_inverse=True)
+        asked, which = np.unique(np.stack((places[rows], begin, end)), axis=1, return_inverse=True)
         out = np.empty((3, len(rows)))
         for k in range(asked.shape[1]):
             some = np.flatnonzero(which == k)
             one = int(asked[0, k])
-            shapes = TurningShapes((self.turning.turns[one],), self.turning.kernel)
+            shapes = TurningShapes((turning.turns[one],), turning.kernel)
             out[:, some] = shapes.between(asked[1:2, k], asked[2:3, k]).distances(north[some], east[some], 0)
         return out[0], out[1], out[2]
+
+    def _spread(
+        self, rows: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
+    ) -> Distances:
+        shapes, places = _spreading(Same(self.tracks))
+        return shapes.take(places[rows]).between(age, until).distances(north, east)
 
 
 ShapesKind = TypeVar("ShapesKind", StraightShapes, TurningShapes)
 
 
-def _place(prepared: Prepared, kind: type[ShapesKind], n: int) -> tuple[ShapesKind | None, IntArray]:
+@lru_cache(maxsize=4)
+def _straight(same: Same, kernel: Kernel) -> tuple[StraightShapes, IntArray]:
+    return _place(prepare(same.tracks, kernel), StraightShapes, len(same.tracks))
+
+
+@lru_cache(maxsize=4)
+def _turning(same: Same, kernel: Kernel) -> tuple[TurningShapes, IntArray]:
+    return _place(prepare(same.tracks, kernel), TurningShapes, len(same.tracks))
+
+
+@lru_cache(maxsize=4)
+def _spreading(same: Same) -> tuple[SpreadShapes, IntArray]:
+    rows = np.flatnonzero(np.isin(same.tracks.model, (Model.KITE, Model.BOX)))
+    place = np.full(len(same.tracks), -1, dtype=np.int64)
+    place[rows] = np.arange(len(rows))
+    return spread_shapes(only(same.tracks, rows), nearest), place
+
+
+def _place(prepared: Prepared, kind: type[ShapesKind], n: int) -> tuple[ShapesKind, IntArray]:
     """One model's shapes, and each row's place among them or -1."""
     place = np.full(n, -1, dtype=np.int64)
     for rows, shapes in prepared.parts:
@@ -176,4 +201,4 @@ def _place(prepared: Prepared, kind: type[ShapesKind], n: int) -> tuple[ShapesKi
             mine = np.arange(n) if rows is None else rows
             place[mine] = np.arange(len(mine))
             return shapes, place
-    return None, place
+    raise ValueError(f"no {kind.__name__} among the tracks")

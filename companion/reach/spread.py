@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from companion.messages import SPREAD_AGES_S, BoolArray, FloatArray, Model, Tracks
+from companion.messages import SPREAD_AGES_S, BoolArray, FloatArray, IntArray, Model, Tracks
 from companion.reach.hull import Corners
 from companion.reach.interface import Distances
 from companion.reach.kernel import Kernel
@@ -66,6 +66,16 @@ class SpreadShapes:
     is_box: BoolArray
     margin_m: FloatArray
 
+    def take(self, rows: IntArray) -> "SpreadShapes":
+        """Those of rows (m,), repeated or not."""
+        return SpreadShapes(
+            self.course_rad[rows],
+            self.sog_mps[rows],
+            self.spread_m[rows],
+            self.is_box[rows],
+            self.margin_m[rows],
+        )
+
     def between(self, age_s: FloatArray, until_s: FloatArray) -> SpreadSets:
         """The tube from `age_s` to `until_s`."""
         first, last = self._at(age_s), self._at(until_s)
@@ -107,6 +117,16 @@ def spread_shapes(tracks: Tracks, _kernel: Kernel) -> SpreadShapes:
         tracks.model == Model.BOX,
         Corners.of(tracks).length_m.max(axis=0, initial=0.0) + tracks.position_error_m,
     )
+
+
+def edge_speed_mps(tracks: Tracks) -> FloatArray:
+    """(n,) how fast a corner of the quadrilateral moves at most; nan where a row states no spread."""
+    spread = np.concatenate((np.zeros((len(tracks), 1, 3)), tracks.spread_m), axis=1)
+    if spread.shape[1] != len(AGES_S):
+        return np.full(len(tracks), np.nan)
+    rate = np.abs(np.diff(spread, axis=1)) / np.diff(AGES_S)[:, None]
+    along = tracks.sog_mps[:, None] + np.maximum(rate[..., 0], rate[..., 1])
+    return np.asarray(np.hypot(along, rate[..., 2]).max(axis=1))
 
 
 def _to_chain(x: FloatArray, y: FloatArray, px: FloatArray, py: FloatArray) -> Distances:

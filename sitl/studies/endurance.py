@@ -3,6 +3,7 @@
 import argparse
 import math
 import time
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +21,9 @@ from sitl.lockstep import LockstepSea
 from sitl.measure import Measure
 from sitl.profiles import PROFILES
 from sitl.sea import Finish, Sea
+from sitl.studies.campaign import Campaign, local_executor
+from sitl.studies.endurance_picture import draw
+from sitl.studies.guard import TRACKING_M
 from sitl.studies.lanes_picture import APART_M, HULL, LANES_M, SPEED_MPS, WIDTH_M
 from sitl.traffic import Fleet, Noise, Ship
 from sitl.vehicle import KinematicSubmarine
@@ -30,13 +34,17 @@ SHIPS = 16  # a lane, abreast of the vehicle at the pace it is expected to make
 PACE_MPS = 2.0
 LIMIT_S = 24_000.0
 RATE_HZ = 2.0
-POLICIES = {"decided": 0.0, "every 600 s": 600.0, "every 1200 s": 1200.0}
+POLICIES = {
+    "decided": 0.0,
+    **{f"every {s} s": float(s) for s in (300, 600, 900, 1200, 1800)},
+}
+SEEN_EVERY_S = 10.0
 START = LocalFrame(59.9, 19.2)
 UTC_NS = 1_780_293_600 * NS_PER_S
 
 
 class Row(Struct, frozen=True):
-    """One policy's crossing."""
+    """One policy's crossing; `way` is time (s), east (m) and depth (m) every ten seconds."""
 
     policy: str
     arrived: bool
@@ -46,6 +54,7 @@ class Row(Struct, frozen=True):
     nearest_set_m: float
     nearest_hull_m: float
     guard_changed: float
+    way: list[tuple[float, float, float]]
 
 
 def sea(seed: int, channels: int) -> Sea:
@@ -104,6 +113,7 @@ def configuration(goal_deg: tuple[float, float], every_s: float) -> Config:
                 "heading_error_rad": 0.02,
                 "validity_s": 900.0,
             },
+            "guard": {"tracking_error_m": TRACKING_M["submarine"]},
             "repulsion": {"kind": "exact"},
             "surfacing": {"every_s": every_s},
             "timing": {"rate_hz": RATE_HZ, "setpoint_validity_s": 1.5},
@@ -130,21 +140,26 @@ def cross(policy: str, seed: int, channels: int) -> Row:
         nearest_set_m=math.inf if summary.closest_set is None else summary.closest_set.distance_m,
         nearest_hull_m=math.inf if summary.closest_hull is None else summary.closest_hull.distance_m,
         guard_changed=summary.guard.share,
+        way=seen.way,
     )
 
 
 class _Seen:
-    """A journal that counts how often the vehicle came up to listen."""
+    """A journal that counts how often the vehicle came up to listen, and keeps its way."""
 
     def __init__(self, measure: Measure) -> None:
         self._measure = measure
         self._phases: list[Phase] = []
+        self.way: list[tuple[float, float, float]] = []
         self.tick, self.sent, self.timed = measure.tick, measure.sent, measure.timed
 
     def decided(self, decision: Decision) -> None:
         """Keep the phase, and let the decision be measured."""
         self._phases.append(decision.phase)
         self._measure.decided(decision)
+        own, t_s = decision.own, decision.t * 1e-9
+        if own is not None and (not self.way or t_s >= self.way[-1][0] + SEEN_EVERY_S):
+            self.way.append((t_s, own.east_m, own.depth_m))
 
     @property
     def surfacings(self) -> int:
@@ -152,12 +167,21 @@ class _Seen:
         return sum(a is Phase.RISE and b is Phase.LISTEN for a, b in pairwise(self._phases))
 
 
+def _crossed(seed: int, channels: int, policy: str) -> list[Row]:
+    return [cross(policy, seed, channels)]
+
+
 def run(options: argparse.Namespace) -> int:
     """The table, and 1 when deciding did not arrive or came within delta of a set."""
     if not set(options.policies) <= POLICIES.keys():
         raise ConfigError(f"--policies: one or more of {', '.join(POLICIES)}")
-    rows = [cross(policy, options.seed, options.channels) for policy in options.policies]
+    work = partial(_crossed, options.seed, options.channels)
+    identity = {"study": "endurance", "seed": options.seed, "channels": options.channels}
+    campaign: Campaign[str, Row] = Campaign(options.out, identity, str, Row)
+    rows = campaign.run(work, options.policies, local_executor(1))
+    command = "companion " + " ".join(options.said)
     text = (
+        f"# Six channels in a row\n\n    {command}\n\n"
         "| surfacing | arrived | time (s) | surfacings | oldest information used (s) "
         "| nearest set (m) | nearest hull (m) | guard changed |\n"
         "| --- | --- | --- | --- | --- | --- | --- | --- |\n"
@@ -167,7 +191,8 @@ def run(options: argparse.Namespace) -> int:
             f"| {r.policy} | {'yes' if r.arrived else 'no'} | {r.time_s:.0f} | {r.surfacings} "
             f"| {r.oldest_s:.0f} | {r.nearest_set_m:.1f} | {r.nearest_hull_m:.1f} | {r.guard_changed:.2%} |\n"
         )
-    options.out.mkdir(parents=True, exist_ok=True)
+    ways = {f"{r.policy}: {r.surfacings} surfacings": r.way for r in rows}
+    draw(options.out / "surfacings.png", ways, [FIRST_M + k * EVERY_M for k in range(options.channels)])
     (options.out / "table.md").write_text(text, encoding="utf-8")
     print(text)
     delta_m = configuration((0.0, 0.0), 0.0).field.delta_m

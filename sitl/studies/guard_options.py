@@ -15,10 +15,23 @@ GUARD = """\
 
 ENDURANCE = """\
     Six channels in a row, 30 km, with reports only while surfaced: when the companion decides to surface
-    by itself, and at fixed intervals.  Writes table.md.
+    by itself, and at fixed intervals.  Writes table.md and surfacings.png.
 
     Exit status 1 when it did not arrive, or came within delta of a reachable set.
 """
+
+
+LIVENESS = """\
+    The improved planner by the network under the guard, under the plain half-space filter and under none,
+    trial by trial the same ships, in both traffics of the UUV case.  Writes table.md.
+
+    Exit status 1 when the guard changed 1 % of the setpoints or took 2 % of the median time.
+"""
+
+
+def add_liveness(p: argparse.ArgumentParser) -> None:
+    """`companion study liveness`."""
+    add_campaign(p, "liveness", trials=200)
 
 
 def add_guard(p: argparse.ArgumentParser) -> None:
@@ -28,6 +41,25 @@ def add_guard(p: argparse.ArgumentParser) -> None:
         "--duration", type=float, default=120.0, metavar="S", help="of a trial, seconds (%(default)s)"
     )
     p.add_argument("--rate", type=float, default=1.0, metavar="HZ", help="of the guard's steps (%(default)s)")
+    p.add_argument(
+        "--vehicles",
+        choices=("points", "physics"),
+        default="points",
+        help="physics: the bundled submarine and boat in six and three degrees of freedom (%(default)s)",
+    )
+    p.add_argument(
+        "--ships",
+        choices=("keep", "break"),
+        default="keep",
+        help="break: they leave their declared bounds on the way; then nothing is claimed (%(default)s)",
+    )
+    p.add_argument(
+        "--beside",
+        type=float,
+        default=0.0,
+        metavar="M",
+        help="start up to so far outside delta of a set, with or without a way out (%(default)s: anywhere)",
+    )
     p.add_argument(
         "--compare",
         nargs="*",
@@ -44,9 +76,9 @@ def add_endurance(p: argparse.ArgumentParser) -> None:
     p.add_argument(
         "--policies",
         nargs="+",
-        default=["decided", "every 600 s", "every 1200 s"],
+        default=["decided", *(f"every {s} s" for s in (300, 600, 900, 1200, 1800))],
         metavar="NAME",
-        help="decided, 'every 600 s', 'every 1200 s' (all)",
+        help="decided, 'every 300 s', 600, 900, 1200, 1800 (all)",
     )
     p.add_argument(
         "--out", type=Path, default=Path("runs") / "study-endurance", metavar="DIR", help="(%(default)s)"

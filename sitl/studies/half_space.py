@@ -3,7 +3,8 @@
     minimise |v - w|^2   subject to   n_i . v >= -rate (d_i - margin)   for every ship i,   |v| <= limit
 
 d_i is the distance to the ship's tube over a short lookahead, n_i the direction away from it (a control
-barrier).  The speed limit is a polygon of `SIDES` sides.  It keeps a distance; it knows no way out.
+barrier).  The speed limit is a polygon of `SIDES` sides around the circle; what is still too fast is
+shortened.  It keeps a distance; it knows no way out.
 """
 
 import numpy as np
@@ -28,7 +29,7 @@ class HalfSpaceFilter:
         self._limit = config.vehicle.max_speed_mps
         angle = np.arange(SIDES) * (2 * np.pi / SIDES)
         self._inward = -np.column_stack((np.cos(angle), np.sin(angle)))
-        self._speed = np.full(SIDES, -self._limit * np.cos(np.pi / SIDES))
+        self._speed = np.full(SIDES, -self._limit)
 
     def __call__(
         self,
@@ -48,6 +49,7 @@ class HalfSpaceFilter:
             kept = quadprog.solve_qp(np.eye(2), w, rules.T.copy(), bounds)[0]
         except ValueError:  # no velocity satisfies every rule
             kept = self._least_bad(nearest.away, bound)
+        kept = kept * min(self._limit / max(float(np.hypot(*kept)), 1e-9), 1.0)
         return Verdict((float(kept[0]), float(kept[1]), 0.0), bool(np.abs(kept - w).max() > 1e-6), ())
 
     def _least_bad(self, away: FloatArray, bound: FloatArray) -> FloatArray:

@@ -54,8 +54,9 @@ class Clearance:
         self._slices = slices
         self._margins = margins
         self._speed = speed_mps
+        self._lookahead_s = lookahead_s
         self.age_s = slices.age_s(now)
-        validity = np.minimum(slices.tracks.validity_s, self.age_s + LONGEST_S)
+        validity = np.minimum(slices.tracks.validity_s, self.age_s + (LONGEST_S + lookahead_s))
         self.until_s = np.maximum(validity, self.age_s + lookahead_s)
         self.unknown = np.zeros(len(slices), dtype=np.bool_)
         ending = np.flatnonzero(self.until_s > validity)
@@ -69,26 +70,35 @@ class Clearance:
                 self.unknown &= dive.counts(np.zeros(1))[0]
             self.until_s = np.where(self.unknown, validity, self.until_s)
 
+    def unchanged_s(self) -> float:
+        """For how long every ship goes on to count up to the same time; 0 where that is not known."""
+        validity = self._slices.tracks.validity_s
+        left = validity - self.age_s - self._lookahead_s
+        return 0.0 if (self.until_s != validity).any() else float(left.min(initial=LONGEST_S))
+
     # ------------------------------------------------------------ under way
 
-    def room(self, paths: Paths) -> FloatArray:
-        """(C, T) room beyond the margins in each cell, from below; positive says just that."""
+    def room(self, paths: Paths, beyond_m: float = 0.0) -> FloatArray:
+        """(C, T) room beyond the margins in each cell, from below; positive says just that.
+
+        What is infinite is more than `beyond_m`.
+        """
         room = np.full(paths.north_m.shape, np.inf)
-        rows = self._ships_near(paths)
+        rows = self._ships_near(paths, beyond_m)
         if not len(rows):
             return room
         step = np.diff(paths.t_s, append=paths.t_s[-1:])
         after = 0.5 * step
         before = np.concatenate((np.zeros(1), after[:-1]))
         margin = self._margins.at(paths.t_s + after)
-        path, time, ship = self._near(paths, rows, margin, np.maximum(before, after))
+        path, time, ship = self._near(paths, rows, margin + beyond_m, np.maximum(before, after))
         if not len(path):
             return room
         lower = self._lower_bound(paths, path, time, rows[ship], before[time], after[time])
         np.minimum.at(room, (path, time), lower - margin[time])
         return room
 
-    def _ships_near(self, paths: Paths) -> IntArray:
+    def _ships_near(self, paths: Paths, beyond_m: float) -> IntArray:
         """Rows whose disc can meet the disc around all paths within their time."""
         tracks, slices = self._slices.tracks, self._slices
         north, east = paths.north_m[0, 0], paths.east_m[0, 0]
@@ -100,7 +110,7 @@ class Clearance:
         radius = slices.spread_mps * end + slices.size_m + slices.grown_m(all_rows, self.age_s + length_s)
         x = north - tracks.north_m - slices.drift_mps[:, 0] * start
         y = east - tracks.east_m - slices.drift_mps[:, 1] * start
-        reach = radius + way + float(self._margins.at(length_s))
+        reach = radius + way + float(self._margins.at(length_s)) + beyond_m
         distance = _to_segment(x, y, slices.drift_mps * (end - start)[:, None])
         return np.flatnonzero(distance < reach)
 
@@ -163,8 +173,13 @@ class Clearance:
 
     # ------------------------------------------------------------ at rest
 
-    def room_to_stay(self, t_s: FloatArray, north_m: FloatArray, east_m: FloatArray) -> FloatArray:
-        """(m,) room at places (m,) from `t_s` (m,) on until the information ends, least over all ships."""
+    def room_to_stay(
+        self, t_s: FloatArray, north_m: FloatArray, east_m: FloatArray, beyond_m: float = 0.0
+    ) -> FloatArray:
+        """(m,) room at places (m,) from `t_s` (m,) on until the information ends, least over all ships.
+
+        Up to `beyond_m` it is exact from below; what is infinite is more than that.
+        """
         slices, tracks = self._slices, self._slices.tracks
         start = self.age_s + t_s[:, None]  # (m, n)
         end = np.broadcast_to(self.until_s, start.shape)
@@ -177,7 +192,7 @@ class Clearance:
         y = east_m[:, None] - tracks.east_m - slices.drift_mps[:, 1] * valid_start
         run_s = np.maximum(valid_end - valid_start, 0.0)
         distance = _to_segment(x, y, slices.drift_mps * run_s[..., None])
-        counts = (distance < reach) & (start < end)
+        counts = (distance < reach + beyond_m) & (start < end)
         if self._dive is not None:
             counts &= self._dive.counts(t_s)
         place, ship = np.nonzero(counts)

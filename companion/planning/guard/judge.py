@@ -4,23 +4,28 @@ At a step at t the wanted velocity would act until the next step's own takes eff
 one sent for the declared delay, then the wanted one for a period.  If from there a way out is found
 that stays clear of every ship's set at every time, it is stored and the velocity passes.  Else the
 stored one is flown: it was checked for all times when it was found, and time alone takes nothing from it.
+Where the water around is free (`berth`), stopping is the way out, and it is rolled out only if it is needed.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from companion.config import Config
-from companion.instant import Instant, elapsed_s
+from companion.instant import Instant, after, elapsed_s
 from companion.messages import AutopilotHeartbeat, OwnState, Reason, Tracks
 from companion.planning.creep import creep
+from companion.planning.guard.berth import Berth, to_stop_m
+from companion.planning.guard.beside import MOST_M, Beside
 from companion.planning.guard.clearance import Clearance
 from companion.planning.guard.limits import limited
 from companion.planning.guard.margins import Margins
 from companion.planning.guard.preconditions import is_prestream, missing
 from companion.planning.guard.rollout import held, motion_of
-from companion.planning.guard.search import Beginning, Search
+from companion.planning.guard.search import WAITS_S, Beginning, Search
 from companion.planning.guard.verdict import Velocity, Verdict
 from companion.planning.guard.vertical import Dive
 from companion.planning.guard.watch import Watch
@@ -29,7 +34,7 @@ from companion.reach import Slices
 from companion.reach.kernel import Kernel, nearest
 
 CHANGE_TOLERANCE_MPS = 1e-6  # below this a velocity counts as let through unchanged
-SEARCH_AGAIN_S = 1.0  # after a search found nothing
+SEARCH_AGAIN_S = 0.4  # after a search found nothing
 
 
 class Guard:
@@ -46,9 +51,13 @@ class Guard:
         self._new_information = False
         self._way_out: WayOut | None = None
         self._flown: WayOut | None = None  # the way out if the last step flew it
+        self._berth: Berth | None = None
+        self._beside: Beside | None = None
+        self._stopping: Callable[[], WayOut] | None = None  # the way out, not rolled out yet
         self._dive: Dive | None = None
         self._sent: Velocity = (0.0, 0.0, 0.0)
         self._searched_at: Instant | None = None
+        self._waits = 0  # searches in vain
 
     def check(
         self,
@@ -65,10 +74,12 @@ class Guard:
             return Verdict((0.0, 0.0, 0.0), False, (Reason("guard.prestream", text),))
         reasons = missing(now, own, heartbeat, reports_heard, self._config.autopilot)
         wanted, unplanned = _finite(wanted_ned_mps)
-        if wanted is None and self._way_out is None:
+        if wanted is None and self._way_out is None and self._stopping is None:
             reasons += unplanned
         if reasons or own is None:
-            self._way_out = self._flown = None  # we do not steer: what was planned is void
+            self._way_out = self._flown = self._stopping = self._beside = (
+                None  # we do not steer: what was planned is void
+            )
             self._sent = (0.0, 0.0, 0.0)
             return Verdict(None, False, tuple(reasons + [r for r in unplanned if r not in reasons]))
         reasons += unplanned
@@ -87,15 +98,27 @@ class Guard:
     ) -> Velocity:
         """The velocity to fly."""
         self._flown = None
-        clearance = self._clearance(now, own, wanted[2])
-        if clearance is None:
-            self._way_out = None
+        renewed = self._new_information or self._watch.has_jumped
+        if renewed:  # what was proven cheaply was proven of other sets, whatever is wanted now
+            self._berth = self._beside = None
+        slices = self._slices
+        if slices is None or not len(slices):
+            self._way_out = self._stopping = None
             return wanted
+        if is_wanted and self._lies_free(now, own, slices):
+            self._way_out, self._stopping = None, partial(self._stop, now, own, wanted, self._sent)
+            self._beside = None
+            return wanted
+        if is_wanted and self._stays_beside(now, own, wanted):
+            return wanted
+        if self._stopping is not None:
+            self._way_out, self._stopping = self._stopping(), None
+        clearance = self._clearance(now, own, wanted[2], slices)
         if clearance.unknown.any():
             text = f"{int(clearance.unknown.sum())} ships silent for too long can be here: holding"
             reasons.append(Reason("guard.unknown_water", text))
             wanted = (*self._creep((0.0, 0.0), own), wanted[2])
-        if self._way_out is not None and self._new_information:
+        if self._way_out is not None and renewed:
             self._reverify(now, clearance, reasons)
         if is_wanted and self._leaves_a_way_out(now, own, wanted, clearance):
             return wanted
@@ -120,31 +143,67 @@ class Guard:
         north, east = creep(np.array(velocity_mps), own, self._config.vehicle)
         return float(north), float(east)
 
-    def _clearance(self, now: Instant, own: OwnState, down_mps: float) -> Clearance | None:
-        """What to check against; None on an empty picture."""
-        if self._slices is None or not len(self._slices):
-            return None
+    def _lies_free(self, now: Instant, own: OwnState, slices: Slices) -> bool:
+        """Whether stopping is a way out, whatever is flown for a period."""
+        needed_m = to_stop_m(now, own, self._config)
+        berth = self._berth
+        if berth is None or (not berth.holds(now, own, needed_m) and berth.may_be_better(now, own, needed_m)):
+            self._berth = berth = Berth.around(own, slices, now, self._margins(now), self._config)
+        return berth.holds(now, own, needed_m)
+
+    def _stop(self, now: Instant, own: OwnState, wanted: Velocity, sent: Velocity) -> WayOut:
+        """Stopping after `wanted`, as seen at `now`."""
+        return self._search.stop(now, self._beginning(now, own, sent, wanted[:2], self._period_s))
+
+    def _margins(self, now: Instant) -> Margins:
+        return Margins.of(self._config, self._watch.submerged_s(now), self._watch.unexplained_m)
+
+    def _clearance(self, now: Instant, own: OwnState, down_mps: float, slices: Slices) -> Clearance:
+        """What to check against."""
         config = self._config
-        margins = Margins.of(config, self._watch.submerged_s(now))
         self._dive = None
         if config.guard.vertical == "clear_below":
-            self._dive = Dive.of(config, self._slices.tracks, own, (down_mps, self._sent[2]))
+            self._dive = Dive.of(config, slices.tracks, own, (down_mps, self._sent[2]))
         limit, lookahead = config.vehicle.max_speed_mps, config.guard.lookahead_s
-        return Clearance(self._slices, now, margins, limit, lookahead, own.position_m, self._dive)
+        return Clearance(slices, now, self._margins(now), limit, lookahead, own.position_m, self._dive)
+
+    def _stays_beside(self, now: Instant, own: OwnState, wanted: Velocity) -> bool:
+        """Whether the way out after `wanted` is so near to one verified in full that it is verified too."""
+        if self._beside is None:
+            return False
+        verified = self._beside.way_out
+        first = self._beginning(now, own, self._sent, wanted[:2], self._period_s)
+        planned = self._search.toward(now, first, verified.end_m, verified.speed_mps, verified.wait_s(now))
+        covered = self._beside.covers(planned)
+        if covered:
+            self._way_out = planned
+        return covered
 
     def _leaves_a_way_out(self, now: Instant, own: OwnState, wanted: Velocity, clearance: Clearance) -> bool:
         """Whether a way out follows after `wanted`; it is then the stored one."""
-        first = self._beginning(now, own, wanted[:2], self._period_s)
-        found = None
+        first = self._beginning(now, own, self._sent, wanted[:2], self._period_s)
         stored = self._way_out
+        self._beside = None
         if stored is not None and stored.verified:
-            found = self._search.toward(now, first, stored.end_m, stored.speed_mps, clearance)
-        if found is None and self._may_search(now):
-            found, _ = self._search.best(now, first, wanted[:2], clearance)
+            planned = self._search.toward(now, first, stored.end_m, stored.speed_mps, stored.wait_s(now))
+            room_m = self._search.room(planned, now, clearance, MOST_M)
+            if room_m.min() > 0:
+                self._way_out = planned
+                if self._dive is None:  # else what counts depends on how deep it will be
+                    self._beside = Beside.of(planned, room_m, after(now, clearance.unchanged_s()))
+                return True
+        found = None
+        if self._may_search(now):
+            found, _ = self._search.best(now, first, wanted[:2], clearance, self._wait_s())
             self._searched_at = now if found is None else None
+            self._waits = 0 if found is not None else self._waits + 1
         if found is not None:
             self._way_out = found
         return found is not None
+
+    def _wait_s(self) -> float:
+        """A run at once and runs after waiting, in turns: one search a step has to do."""
+        return 0.0 if self._waits % 2 == 0 else WAITS_S[self._waits // 2 % len(WAITS_S)]
 
     def _may_search(self, now: Instant) -> bool:
         return self._searched_at is None or elapsed_s(self._searched_at, now) >= SEARCH_AGAIN_S - 1e-6
@@ -154,7 +213,7 @@ class Guard:
         if self._way_out is not None and not self._may_search(now) and self._searched_at != now:
             return
         self._searched_at = now
-        first = self._beginning(now, own, wanted[:2], 0.0)
+        first = self._beginning(now, own, self._sent, wanted[:2], 0.0)
         found, least_bad = self._search.best(now, first, wanted[:2], clearance)
         self._way_out = least_bad if found is None else found
 
@@ -162,23 +221,29 @@ class Guard:
         """The vehicle is not where it should be: the same way out from here, if it is clear."""
         stored = self._way_out
         assert stored is not None
-        first = self._beginning(now, own, stored.velocity_mps, 0.0)
-        found = self._search.toward(now, first, stored.end_m, stored.speed_mps, clearance)
-        self._way_out = stored if found is None else found
+        first = self._beginning(now, own, self._sent, stored.velocity_mps, 0.0)
+        found = self._search.toward(now, first, stored.end_m, stored.speed_mps, stored.wait_s(now))
+        if self._search.is_clear(found, now, clearance):
+            self._way_out = found
 
     def _reverify(self, now: Instant, clearance: Clearance, reasons: list[Reason]) -> None:
         """New reports came: is the stored way out clear of the new sets too?"""
         stored = self._way_out
         if stored is None or not stored.verified or self._search.is_clear(stored, now, clearance):
             return
-        if self._watch.is_foretold:
+        if self._watch.is_foretold and not self._watch.has_jumped:
             # the ship is in the old set and in the new one: what was clear of the old set stays so
             reasons.append(Reason("note.guard_older_report", "way out rests on an older report's set"))
             return
         self._way_out = replace(stored, verified=False)
 
     def _beginning(
-        self, now: Instant, own: OwnState, command: tuple[float, float], period_s: float
+        self,
+        now: Instant,
+        own: OwnState,
+        sent: Velocity,
+        command: tuple[float, float],
+        period_s: float,
     ) -> Beginning:
         """What is flown first: the velocity sent last for the delay, then `command` for the period."""
         toward = math.atan2(command[1], command[0])
@@ -186,7 +251,7 @@ class Guard:
         delay_s = self._config.guard.setpoint_delay_s
         motions = [start]
         times = [0.0]
-        for velocity, duration_s in ((self._sent[:2], delay_s), (command, period_s)):
+        for velocity, duration_s in ((sent[:2], delay_s), (command, period_s)):
             if duration_s > 0:
                 held_for = held(motions[-1], velocity, duration_s, self._config.vehicle)
                 times += [times[-1] + duration_s * (k + 1) / len(held_for) for k in range(len(held_for))]

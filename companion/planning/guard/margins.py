@@ -7,7 +7,7 @@ import numpy as np
 from companion.config import Config
 from companion.messages import FloatArray
 
-RAMP_S = 5.0  # a plan begins where the vehicle is: tracking errors take this long to build up
+RAMP_S = 3.0  # a plan begins where the vehicle is: tracking errors take this long to build up
 BETWEEN_M = 0.15  # how far a turning or braking vehicle may be from the straight run between two points
 
 
@@ -26,13 +26,13 @@ class Margins:
     submerged_s: float
 
     @classmethod
-    def of(cls, config: Config, submerged_s: float) -> "Margins":
-        """The declared ones."""
+    def of(cls, config: Config, submerged_s: float, unexplained_m: float = 0.0) -> "Margins":
+        """The declared ones, and what the position has jumped without an explanation."""
         guard = config.guard
         drift = guard.own_position_drift_mps if config.vehicle.cruise_depth_m > 0 else 0.0
         return cls(
             config.field.delta_m,
-            guard.own_position_error_m,
+            guard.own_position_error_m + unexplained_m,
             drift,
             guard.tracking_error_m,
             submerged_s,

@@ -17,7 +17,10 @@ SLOW_HEADINGS = 8
 SLOWER = 0.5  # the second speed tried, a share of the first
 STOPS_S = (8.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 300.0)
 TURN_COST_S = 60.0  # a way out against the wanted direction counts as this much longer
+WAITS_S = (15.0, 30.0, 60.0, 90.0)  # before a run, where none can begin at once
+WAITING_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0))  # points while it comes to rest
 TRIES = 3  # best candidates verified to the end
+SOON_S = 1e-3  # a moment this short before stopping is no point of its own
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +32,35 @@ class Beginning:
     east_m: FloatArray
     end_s: float
     end: Motion
+
+    def waiting(self, wait_s: float, lag_s: float) -> "Beginning":
+        """The same, and coming to rest for `wait_s` after it."""
+        if wait_s <= 0:
+            return self
+        later = np.concatenate((np.zeros(1), WAITING_S, np.arange(12.0, wait_s, 4.0)))
+        t = np.append(later[later < wait_s], wait_s)
+        end, faded = self.end, np.exp(-t / lag_s)
+        v_north = end.forward_mps * math.cos(end.heading_rad) + end.aside_north_mps
+        v_east = end.forward_mps * math.sin(end.heading_rad) + end.aside_east_mps
+        north, east = (
+            end.north_m + v_north * lag_s * (1 - faded),
+            end.east_m + v_east * lag_s * (1 - faded),
+        )
+        left = float(faded[-1])
+        return Beginning(
+            np.concatenate((self.t_s, self.end_s + t[:-1])),
+            np.concatenate((self.north_m, north[:-1])),
+            np.concatenate((self.east_m, east[:-1])),
+            self.end_s + wait_s,
+            Motion(
+                float(north[-1]),
+                float(east[-1]),
+                end.heading_rad,
+                end.forward_mps * left,
+                end.aside_north_mps * left,
+                end.aside_east_mps * left,
+            ),
+        )
 
 
 class Search:
@@ -52,22 +84,38 @@ class Search:
         first: Beginning,
         end_m: tuple[float, float],
         speed_mps: float,
-        clearance: Clearance,
-    ) -> WayOut | None:
-        """A way out from `first` to a place, if it is clear."""
+        wait_s: float = 0.0,
+    ) -> WayOut:
+        """The way out from `first` to a place, waiting before; whether it is clear is another question."""
+        first = first.waiting(wait_s - first.end_s, self._lag_s)
         north, east = end_m[0] - first.end.north_m, end_m[1] - first.end.east_m
-        distance = max(math.hypot(north, east) - speed_mps * self._lag_s, 0.0)
-        if speed_mps <= 0 or distance <= 0:
-            return self._verified(now, first, first.end.heading_rad, 0.0, int(self._stops[0]), clearance)
-        stop = int(np.searchsorted(self._runner.t_s, distance / speed_mps))
-        stop = min(stop, len(self._runner.t_s) - 1)
-        return self._verified(now, first, math.atan2(east, north), speed_mps, stop, clearance)
+        distance = math.hypot(north, east)
+        if speed_mps <= 0 or distance <= speed_mps * self._lag_s:
+            return self.stop(now, first)
+        run = self._runner.paths(first.end, np.array((math.atan2(east, north),)), np.array((speed_mps,)))
+        along = (run[0][0] - first.end.north_m) * (north / distance)
+        along += (run[1][0] - first.end.east_m) * (east / distance)
+        stop_s = _first_s(self._runner.t_s, along + run[2][0] * self._lag_s, distance)
+        return self._way_out(now, first, math.atan2(east, north), speed_mps, stop_s, run, verified=True)
+
+    def stop(self, now: Instant, first: Beginning) -> WayOut:
+        """Stopping after `first`; who calls it knows that it is clear."""
+        return self._straight(now, first, first.end.heading_rad, 0.0, STOPS_S[0], verified=True)
 
     def best(
-        self, now: Instant, first: Beginning, wanted: tuple[float, float], clearance: Clearance
+        self,
+        now: Instant,
+        first: Beginning,
+        wanted: tuple[float, float],
+        clearance: Clearance,
+        wait_s: float = 0.0,
     ) -> tuple[WayOut | None, WayOut]:
-        """The verified way out nearest to what is wanted, if there is one; and the least bad one."""
+        """The verified way out nearest to what is wanted, if there is one; and the least bad one.
+
+        With `wait_s` every run begins only after waiting so long.
+        """
         toward = math.atan2(wanted[1], wanted[0]) if math.hypot(*wanted) > 0.1 else first.end.heading_rad
+        first = first.waiting(wait_s, self._lag_s)
         direction = np.append(toward + self._turn, first.end.heading_rad)
         speeds = np.append(self._speeds, 0.0)
         north, east, speed = self._runner.paths(first.end, direction, speeds)
@@ -87,26 +135,25 @@ class Search:
         cost = at_s + TURN_COST_S * (1 - np.cos(direction[run] - toward))
         good = np.flatnonzero(stay > 0)
         for k in good[np.argsort(cost[good], kind="stable")][:TRIES]:
-            found = self._verified(
-                now, first, float(direction[run[k]]), float(speeds[run[k]]), int(index[k]), clearance
+            stop_s = float(self._runner.t_s[index[k]])
+            found = self._straight(
+                now, first, float(direction[run[k]]), float(speeds[run[k]]), stop_s, verified=True
             )
-            if found is not None:
+            if self.is_clear(found, now, clearance):
                 return found, found
         return None, self._least_bad(now, first, direction, speeds, room)
 
     def is_clear(self, way_out: WayOut, now: Instant, clearance: Clearance) -> bool:
         """Whether what is still to come of a way out is clear of every set, to the end."""
-        t, north, east = way_out.rest(now)
-        if clearance.room(Paths(t, north[None], east[None])).min() <= 0:
-            return False
-        return bool(clearance.room_to_stay(t[-1:], north[-1:], east[-1:])[0] > 0)
+        return bool(self.room(way_out, now, clearance).min() > 0)
 
-    def _verified(
-        self, now: Instant, first: Beginning, direction: float, speed: float, stop: int, clearance: Clearance
-    ) -> WayOut | None:
-        """The way out that runs until grid point `stop` and stays, if all of it is clear."""
-        way_out = self._way_out(now, first, direction, speed, stop, verified=True)
-        return way_out if self.is_clear(way_out, now, clearance) else None
+    def room(self, way_out: WayOut, now: Instant, clearance: Clearance, beyond_m: float = 0.0) -> FloatArray:
+        """(T,) room beyond the margins of what is still to come, at the end for as long as it stays."""
+        t, north, east = way_out.rest(now)
+        room: FloatArray = clearance.room(Paths(t, north[None], east[None]), beyond_m)[0]
+        if room.min() > 0:  # else it is not clear, and nobody asks for how long it could stay
+            room[-1] = min(room[-1], clearance.room_to_stay(t[-1:], north[-1:], east[-1:], beyond_m)[0])
+        return room
 
     def _least_bad(
         self, now: Instant, first: Beginning, direction: FloatArray, speeds: FloatArray, room: FloatArray
@@ -116,28 +163,56 @@ class Search:
         weight = np.diff(t, append=t[-1:] + 4.0) * np.exp(-t / 60.0)
         bad = (np.minimum(room, 0.0) * weight).sum(axis=1)
         best = int(np.argmax(bad))
-        return self._way_out(
-            now, first, float(direction[best]), float(speeds[best]), len(self._runner.t_s) - 1, verified=False
-        )
+        end_s = float(self._runner.t_s[-1])
+        return self._straight(now, first, float(direction[best]), float(speeds[best]), end_s, verified=False)
+
+    def _straight(
+        self, now: Instant, first: Beginning, direction: float, speed: float, stop_s: float, *, verified: bool
+    ) -> WayOut:
+        """One run, and stopping `stop_s` after its begin."""
+        run = self._runner.paths(first.end, np.array((direction,)), np.array((speed,)))
+        return self._way_out(now, first, direction, speed, stop_s, run, verified=verified)
 
     def _way_out(
-        self, now: Instant, first: Beginning, direction: float, speed: float, stop: int, *, verified: bool
+        self,
+        now: Instant,
+        first: Beginning,
+        direction: float,
+        speed: float,
+        stop_s: float,
+        run: tuple[FloatArray, FloatArray, FloatArray],
+        *,
+        verified: bool,
     ) -> WayOut:
-        north, east, speeds = self._runner.paths(first.end, np.array((direction,)), np.array((speed,)))
-        run_s = self._runner.t_s[: stop + 1]
-        heading = self._runner.heading_rad(first.end, direction, speed, float(run_s[-1]))
-        t, run_north, run_east = stopped(
-            run_s, north[0, : stop + 1], east[0, : stop + 1], heading, float(speeds[0, stop]), self._lag_s
+        grid_s = self._runner.t_s
+        until = int(np.searchsorted(grid_s, stop_s - SOON_S))
+        north, east, speeds = (
+            np.append(values[0, :until], np.interp(stop_s, grid_s, values[0])) for values in run
         )
+        heading = self._runner.heading_rad(first.end, direction, speed, stop_s)
+        run_s = np.append(grid_s[:until], stop_s)
+        t, north, east = stopped(run_s, north, east, heading, float(speeds[-1]), self._lag_s)
         return WayOut(
             begin=now,
             t_s=np.concatenate((first.t_s, first.end_s + t)),
-            north_m=np.concatenate((first.north_m, run_north)),
-            east_m=np.concatenate((first.east_m, run_east)),
+            north_m=np.concatenate((first.north_m, north)),
+            east_m=np.concatenate((first.east_m, east)),
             velocity_mps=(speed * math.cos(direction), speed * math.sin(direction)),
-            stop_s=first.end_s + float(run_s[-1]),
+            stop_s=first.end_s + stop_s,
             verified=verified,
+            run_s=first.end_s,
         )
+
+
+def _first_s(t_s: FloatArray, values: FloatArray, wanted: float) -> float:
+    """When `values` (T,) first reach what is wanted, straight between the times; the end if never."""
+    k = int(np.argmax(values >= wanted))
+    if values[k] < wanted:
+        return float(t_s[-1])
+    if k == 0:
+        return float(t_s[0])
+    share = (wanted - values[k - 1]) / (values[k] - values[k - 1])
+    return float(t_s[k - 1] + share * (t_s[k] - t_s[k - 1]))
 
 
 def _after(first: Beginning, t_s: FloatArray, north: FloatArray, east: FloatArray) -> Paths:

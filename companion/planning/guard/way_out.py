@@ -9,6 +9,7 @@ from companion.instant import Instant, elapsed_s
 from companion.messages import FloatArray, OwnState
 
 FOLLOW_PER_S = 0.25  # velocity toward the planned position per metre away from it
+ROUNDING_S = 1e-6
 STOP_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))  # after the command to stop
 
 
@@ -16,7 +17,8 @@ STOP_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))  # after the c
 class WayOut:
     """`t_s` (T,), `north_m`, `east_m` (T,): where the vehicle shall be, seconds after `begin`.
 
-    The run's velocity is commanded from `run_s` to `stop_s`; then it stays at the path's last point.
+    The run's velocity is commanded from `run_s` to `stop_s`; before, it waits, and then it stays at the
+    path's last point.
     `verified`: every set is clear of it; else it is the least bad found.
     """
 
@@ -27,6 +29,7 @@ class WayOut:
     velocity_mps: tuple[float, float]
     stop_s: float
     verified: bool
+    run_s: float = 0.0
 
     @property
     def end_m(self) -> tuple[float, float]:
@@ -37,6 +40,10 @@ class WayOut:
     def speed_mps(self) -> float:
         """Of the run."""
         return math.hypot(*self.velocity_mps)
+
+    def wait_s(self, now: Instant) -> float:
+        """How long it still waits."""
+        return max(self.run_s - elapsed_s(self.begin, now), 0.0)
 
     def position_m(self, now: Instant) -> tuple[float, float]:
         """Where the vehicle shall be now."""
@@ -62,7 +69,8 @@ class WayOut:
     def command(self, now: Instant, own: OwnState, delay_s: float, limit_mps: float) -> tuple[float, float]:
         """(north, east) velocity that follows it: the run's own, plus what leads back to the path."""
         north, east = self.position_m(own.stamp)
-        running = elapsed_s(self.begin, now) + delay_s < self.stop_s
+        acts_s = elapsed_s(self.begin, now) + delay_s
+        running = self.run_s - ROUNDING_S <= acts_s < self.stop_s
         along = self.velocity_mps if running else (0.0, 0.0)
         v_north = along[0] + FOLLOW_PER_S * (north - own.north_m)
         v_east = along[1] + FOLLOW_PER_S * (east - own.east_m)
