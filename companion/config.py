@@ -89,8 +89,8 @@ class Contacts(Section, frozen=True):
     `slow_below_mps` a course means nothing: such a ship may go any way at that speed, but no farther than
     `anchored_m` or `moored_m` while it says that it is at anchor, or moored or aground.
 
-    A ship whose sensor of turn reports at least `turning_above_radps` (0: none) is taken to turn at that rate,
-    within `turn_rate_error_radps`, or to end its turn at any moment.
+    A ship whose sensor of turn reports at least `turning_above_radps` (0: none) is taken to turn at that
+    rate, within `turn_rate_error_radps`, or to end its turn at any moment.
 
     `bounds_file`, written by `companion calibrate` (a file, or a name in models/), replaces the noise bounds
     of ships under way by how far recorded ships strayed, such that a share `bounds_level` of them stayed
@@ -138,11 +138,14 @@ class Planner(Section, frozen=True):
     `"clearing"`: from now until the vehicle has cleared that ship's corridor at full speed, times
     `clearing_margin`, with a pull toward the ship's stern of `astern_gain` times the repulsion.
     `"paper"`: the tube from now to the report's time plus T, for every ship: a wall in dense traffic.
+    `rehearse`: before it leaves, and until it has begun to cross, the clearing planner plays the crossing
+    forward on what is known, and holds where there is no safe way.
     """
 
     horizon: Literal["paper", "clearing"] = "clearing"
     clearing_margin: Annotated[float, Meta(ge=1)] = 1.3
     astern_gain: NonNegative = 0.5
+    rehearse: bool = True
 
 
 class RepulsionChoice(Section, frozen=True):

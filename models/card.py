@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 from companion.errors import ModelError
 from companion.messages import FloatArray
 from companion.planning import certificate
-from companion.planning.model_file import METADATA_KEY, TURNING, Metadata, decode_metadata
+from companion.planning.model_file import METADATA_KEY, TURNING, Metadata, decode_metadata, read_bytes
 from companion.planning.network import infer, open_session
 from companion.planning.onnx_weights import metadata_text
+from companion.planning.rows import COLUMNS
 from models import sampling
 from models.evaluate import degrees_between
-from models.spec import Spec, TurningSpec
+from models.spec import Spec
 
 WHAT_IS_LEARNED = """
 ## What is learned, and what is not
@@ -23,9 +24,9 @@ WHAT_IS_LEARNED = """
 The distance to a convex set is the greatest, over unit directions n, of n . p - h(n), h the set's
 support function. The network learns h for fixed directions in the ship's course frame. Scale needs
 no learning: a ship's velocities fill one shape, set by the course noise alone, that grows with the
-reach; so the learned part maps the course noise to one correction per direction, and the graph
+reach; so the learned part maps the course noise to one support value per direction, and the graph
 multiplies it by the reach. Hull, heading error and position error enter the sum in closed form; the
-flanks, the front arc and the hull's edges get directions of their own, computed in the graph.
+flanks, the front arc, the hull's edges and corners get directions of their own, computed in the graph.
 
 Said plainly: for this ship the exact set has a closed form too and costs less than the network. The
 network is the paper's method made safe, and the pattern for models whose sets are not cheap.
@@ -73,7 +74,7 @@ def _picture_errors(model: Path, settings: Spec) -> None:
     rng = np.random.default_rng((settings.seed, 2))
     middle, under, over, turned = [], [], [], []
     for low, high in pairwise(BINS * settings.field.delta_m):
-        share = TURNING_SHARE if isinstance(settings, TurningSpec) else 1.0
+        share = 1.0 if len(settings.domain) == len(COLUMNS) else TURNING_SHARE
         rows = sampling.around(rng, int(share * PER_BIN), settings.domain, low, high)
         distance, away, _ = _answers(model, rows)
         true_distance, true_away = sampling.exact(rows)
@@ -173,7 +174,7 @@ Through onnxruntime, over the whole domain of the inputs below, {metadata.delta_
 
 ![field]({name}_field.png)
 
-## Certificate
+{_beside_plain(model, metadata)}## Certificate
 
 {_certificate(model)}
 
@@ -203,6 +204,35 @@ def _errors(error: dict[str, float]) -> str:
         f"{error['unsafe_points']:.0f} of {error['points']:.0f}, the worst by {error['unsafe_max_m']:.3g} m"
     )
     return "\n".join([*lines, "", f"Unsafe points (more distance claimed than there is): {unsafe}."])
+
+
+def _beside_plain(model: Path, metadata: Metadata) -> str:
+    """The turning network and the plain baseline on the baseline's ships, 5 to 10 m off."""
+    try:
+        _, content = read_bytes(f"{model.stem}4x64")
+    except ModelError:
+        return ""
+    plain = decode_metadata(metadata_text(content, METADATA_KEY), "")
+    domain = {i.name: (i.low, i.high) for i in plain.inputs}
+    rng = np.random.default_rng(3)
+    rows = sampling.around(rng, 3000, domain, metadata.delta_m, 2 * metadata.delta_m)
+    true_distance, true_away = sampling.exact(rows)
+    lines = [
+        "| | distance p50 / p99, m | direction p50 / p99, degrees | unsafe |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name, (distance, away, _) in (
+        (metadata.name, _answers(model, rows)),
+        (plain.name, infer(open_session(content, plain.name), rows)),
+    ):
+        off = np.percentile(np.abs(true_distance - distance), [50, 99])
+        turned = np.percentile(degrees_between(away, true_away), [50, 99])
+        unsafe = int((distance > true_distance).sum())
+        lines.append(
+            f"| {name} | {off[0]:.3g} / {off[1]:.3g} | {turned[0]:.3g} / {turned[1]:.3g} "
+            f"| {unsafe} of {len(rows)} |"
+        )
+    return "\n".join(["On the ships of the plain network, the only ones it knows:", "", *lines, "", ""])
 
 
 def _certificate(model: Path) -> str:

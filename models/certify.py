@@ -1,7 +1,8 @@
 """Make the certificate of a support model: `companion certify MODEL`.
 
 The learned weights are read back from the ONNX file itself and enclosed by interval arithmetic with
-branch and bound (`models.bounds`, `models.turning_bounds`); `companion.planning.certificate` proves it again another way.
+branch and bound (`models.bounds`, `models.turning_bounds`); `companion.planning.certificate` proves it
+again another way.
 """
 
 import hashlib
@@ -62,7 +63,8 @@ def _support(content: bytes, metadata: Metadata, origin: str) -> Certificate:
         domain={i.name: (i.low, i.high) for i in metadata.inputs},
         conditions=(
             "speed_mps >= speed_noise_mps",
-            "heading_error_rad above pi/2 is inside too: the hull is its circumscribed circle",
+            "until_age_s >= age_s",
+            "a hull of unknown heading comes as its circle: no corners, its radius in position_error_m",
         ),
         grid=grid,
         course_noise_max_rad=widest,

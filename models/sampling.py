@@ -5,7 +5,7 @@ import numpy as np
 from companion import reach
 from companion.instant import NS_PER_S, Instant
 from companion.messages import FloatArray, Model, Tracks
-from companion.planning.rows import COLUMNS, TURNING_COLUMNS
+from companion.planning.rows import COLUMNS, TURNING_COLUMNS, as_circles
 
 Domain = dict[str, tuple[float, float]]
 AGE, COURSE_NOISE, HEADING_ERROR = map(COLUMNS.index, ("age_s", "course_noise_rad", "heading_error_rad"))
@@ -14,7 +14,7 @@ NOW = Instant(10_000 * NS_PER_S)
 
 
 def tracks_of(rows: FloatArray) -> Tracks:
-    """Contacts (n, 15), or (n, 17) that turn, as tracks at `NOW`, antennas placed so that the vehicle is at the origin."""
+    """Contacts (n, 15), or (n, 17) that turn, as tracks at `NOW`; the vehicle is at the origin."""
     n, turns = len(rows), rows.shape[1] == len(TURNING_COLUMNS)
     column = dict(zip(TURNING_COLUMNS if turns else COLUMNS, rows.T, strict=True))
     turning = {name: column[name] for name in TURNING_COLUMNS[len(COLUMNS) :]} if turns else {}
@@ -69,7 +69,8 @@ def ships(rng: np.random.Generator, n: int, domain: Domain) -> FloatArray:
     """(n, 15) uniform over the domain but for the position; ages whole nanoseconds.
 
     A fifth of the rows take each bound, one by one, at an end of its range; hulls are as often
-    ferries as boats; headings lie near the course or anywhere.
+    ferries as boats; headings lie near the course or anywhere, and a
+    fifth are unknown.
     """
     columns = tuple(domain)
     low, high = (np.array([domain[name][side] for name in columns]) for side in (0, 1))
@@ -89,16 +90,22 @@ def ships(rng: np.random.Generator, n: int, domain: Domain) -> FloatArray:
         rows[:, error] = np.where(rng.uniform(size=n) < 0.8, rows[:, error], np.pi)
     small = np.where(rng.uniform(size=n) < 0.7, 0.3, 1.0)[:, None]
     rows[:, hull] = low[hull] + small * (rows[:, hull] - low[hull])
-    speed, noise = column["speed_mps"], column["speed_noise_mps"]
+    speed, noise, until = column["speed_mps"], column["speed_noise_mps"], column["until_age_s"]
     rows[:, noise] = np.minimum(rows[:, noise], rows[:, speed])
-    rows[:, column["age_s"]] = np.round(rows[:, column["age_s"]], 6)
+    age = column["age_s"]
+    rows[:, age] = np.round(rows[:, age], 6)
+    rows[:, until] = np.maximum(rows[:, until], rows[:, age])
     if columns == TURNING_COLUMNS:
-        _turn(rng, rows, low, high)
+        if low[until] < high[until]:
+            _turn(rng, rows, high)
+        return rows
+    as_circles(rows)
+    rows[:, hull.stop - 1] = np.minimum(rows[:, hull.stop - 1], high[hull.stop - 1])
     return rows
 
 
-def _turn(rng: np.random.Generator, rows: FloatArray, low: FloatArray, high: FloatArray) -> None:
-    """Tubes of any length up to the domain's, and turns of any rate that keep all courses within half a turn."""
+def _turn(rng: np.random.Generator, rows: FloatArray, high: FloatArray) -> None:
+    """Tubes of any length up to the domain's, turns of any rate that keep all courses within half a turn."""
     n, until, rate = len(rows), COLUMNS.index("until_age_s"), len(COLUMNS)
     rows[:, HEADING_ERROR] *= rng.uniform(size=n) ** 3
     rows[:, AGE] *= rng.uniform(size=n) ** 2
@@ -136,3 +143,33 @@ def place(
         distance, away = exact(rows)
         rows[:, :2] += (wanted - distance)[:, None] * away
     return rows
+
+
+def crowded(
+    rng: np.random.Generator,
+    ship: FloatArray,
+    places: int,
+    low_m: float,
+    high_m: float,
+    *,
+    logarithmic: bool = False,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Many places around one turning ship (17,): rows (places, 17), true distance and direction."""
+    ship = ship.copy()
+    ship[:2] = 0.0
+    until = max(ship[AGE], ship[AGE + 1])
+    sets = reach.tube(tracks_of(ship[None]), NOW, until)
+    tau = rng.uniform(ship[AGE], until, places)
+    way = ship[2] + ship[len(COLUMNS)] * tau / 2
+    at = ship[3] * tau[:, None] * np.column_stack((np.cos(way), np.sin(way)))
+    at += rng.normal(scale=rng.choice([50.0, 300.0]), size=at.shape)
+    for _ in range(2):
+        distance, away = sets.nearest_many(at)
+        wanted = rng.uniform(low_m, high_m, places)
+        if logarithmic:
+            wanted = np.exp(rng.uniform(np.log(low_m), np.log(high_m), places))
+        at += (wanted - distance[:, 0])[:, None] * away[:, 0]
+    rows = np.repeat(ship[None], places, axis=0)
+    rows[:, :2] = at
+    distance, away = sets.nearest_many(at)
+    return rows, distance[:, 0], away[:, 0]

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from onnxruntime import InferenceSession
 
-from companion import reach
 from companion.messages import FloatArray
 from companion.planning.model_file import METADATA_KEY, TURNING, decode_metadata, read_bytes
 from companion.planning.network import INPUT, OUTPUTS, open_session
 from companion.planning.onnx_weights import metadata_text
 from companion.planning.rows import COLUMNS
 from companion.reach import support_straight
+from companion.reach.turning import SLAB_S
 from models import sampling
 
 BANDS_M = ((5.0, 10.0), (0.0, 5.0), (5.0, 10.0), (10.0, 200.0), (-60.0, 0.0), (200.0, 30_000.0))
@@ -83,27 +83,19 @@ def run(name: str, points: int, seed: int = 0, *, show: bool = False) -> Verdict
 
 
 def _under_turning(
-    session: InferenceSession, rng: np.random.Generator, n: int, domain: sampling.Domain, band: tuple[float, float]
+    session: InferenceSession,
+    rng: np.random.Generator,
+    n: int,
+    domain: sampling.Domain,
+    band: tuple[float, float],
 ) -> FloatArray:
     """(n,) true minus claimed distance, at many places around each of a few ships that turn."""
     parts = []
-    for row in sampling.ships(rng, -(-n // PLACES), domain):
-        row[:2] = 0.0
-        sets = reach.tube(sampling.tracks_of(row[None]), sampling.NOW, row[5])
-        tau = rng.uniform(row[4], max(row[4], row[5]), PLACES)
-        way = row[2] + row[15] * tau / 2
-        at = row[3] * tau[:, None] * np.column_stack((np.cos(way), np.sin(way)))
-        at += rng.normal(scale=rng.choice([50.0, 300.0]), size=at.shape)
-        for _ in range(2):
-            distance, away = sets.nearest_many(at)
-            at += (rng.uniform(*band, PLACES) - distance[:, 0])[:, None] * away[:, 0]
-        rows = np.repeat(row[None], PLACES, axis=0)
-        rows[:, :2] = at
-        pieces = max(int(np.ceil((row[5] - row[4]) / 10.0)), 1) * PLACES // SLABS_AT_ONCE + 1
-        claimed = np.concatenate([
-            session.run(OUTPUTS, {INPUT: part})[0] for part in np.array_split(rows, pieces)
-        ])  # fmt: skip
-        parts.append(sets.nearest_many(at)[0][:, 0] - claimed)
+    for ship in sampling.ships(rng, -(-n // PLACES), domain):
+        rows, distance, _ = sampling.crowded(rng, ship, PLACES, *band)
+        pieces = max(int(np.ceil((ship[5] - ship[4]) / SLAB_S)), 1) * PLACES // SLABS_AT_ONCE + 1
+        claimed = [session.run(OUTPUTS, {INPUT: part})[0] for part in np.array_split(rows, pieces)]
+        parts.append(distance - np.concatenate(claimed))
     return np.concatenate(parts)[:n]
 
 

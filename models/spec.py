@@ -77,7 +77,8 @@ class _Model(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_
 
     def __post_init__(self) -> None:
         columns = TURNING_COLUMNS if isinstance(self, TurningSpec) else COLUMNS
-        if tuple(self.domain) != columns:
+        may_turn = isinstance(self, GradientSpec)
+        if tuple(self.domain) != columns and not (may_turn and tuple(self.domain) == TURNING_COLUMNS):
             raise ValueError(f"domain must name exactly these columns, in order: {', '.join(columns)}")
 
     def inputs(self) -> tuple[Input, ...]:

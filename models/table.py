@@ -1,9 +1,9 @@
 """The honest table: how long each way takes, for how many contacts, and how wrong each is.
 
 Everything on one thread, on the paper's ships, the only ones the baseline knows; errors 5 to 10 m from
-their tubes (delta to twice delta); turning ships are these in a turn.  Exact ways are called as the core calls them, tracks unchanged
-between calls as they are during a crossing, but a turning ship's tube is computed anew, as it is once a
-second.
+their tubes (delta to twice delta); turning ships are these in a turn.  Exact ways are called as the core
+calls them, tracks unchanged between calls as they are during a crossing, but a turning ship's tube is
+computed anew, as it is once a second.
 """
 
 import time
@@ -151,7 +151,10 @@ def markdown(table: list[Row]) -> str:
         lines.append(f"| {row.name} | " + " | ".join(cells) + " |")
     lines += [
         "",
-        f"| p50 / p99 of {POINTS} points 5 to 10 m off ({TURNING_POINTS} of turning ships) | distance, m | direction, degrees | unsafe points |",
+        (
+            f"| p50 / p99 of {POINTS} points 5 to 10 m off, {TURNING_POINTS} of turning ships "
+            "| distance, m | direction, degrees | unsafe points |"
+        ),
         "| --- | --- | --- | --- |",
     ]
     for row in table:
@@ -179,9 +182,9 @@ whole domains stand in their cards, [{OURS}]({OURS}.md), [{TURNING}]({TURNING}.m
 {markdown(measure())}
 
 For ships that keep their course the exact sets are the fastest and have no error; there the network is the
-paper's method made safe. The sets of turning ships are not cheap: there the network pays. A dash stands where
-one call would take too long to be measured. "Unsafe" is more distance than the exact sets of `companion/reach`
-have, which for turning ships contain the true ones.
+paper's method made safe. The sets of turning ships are not cheap: there the network pays. A dash stands
+where one call would take too long to be measured. "Unsafe" is more distance than the exact sets of
+`companion/reach` have, which for turning ships contain the true ones.
 """,
         encoding="utf-8",
     )

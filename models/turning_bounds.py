@@ -45,7 +45,8 @@ def enclose(layers: Layers, width: float) -> Enclosure:
     while len(corner):
         if len(corner) > MOST_CELLS:
             raise ModelError(
-                "the learned mean cosine cannot be enclosed: its weights swing too wide; train it with another seed"
+                "the learned mean cosine cannot be enclosed: its weights swing too wide; "
+                "train it with another seed"
             )
         wide = []
         for part in np.array_split(corner, -(-len(corner) // CHUNK)):

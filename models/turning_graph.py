@@ -39,7 +39,7 @@ class Constants:
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """A slab's best tangent and its neighbours, (1, N) each: angles between, supports, sines of the angles."""
+    """A slab's best tangent and its neighbours, (1, N) each: angles between, supports, sines."""
 
     angle: str
     height: str

@@ -65,7 +65,7 @@ class Slabs:
     margin: str
 
 
-def slabs(g: GraphBuilder, margin_m: float, margin_relative: float) -> Slabs:
+def slabs(g: GraphBuilder, margin_m: float, margin_relative: float) -> Slabs:  # noqa: PLR0915 - one list
     """From `contacts` (n, 17)."""
     turned = g.op("Unsqueeze", g.op("Transpose", "contacts", perm=[1, 0]), g.index([2]))
     c = dict(zip(TURNING_COLUMNS, g.split(turned, [1] * len(TURNING_COLUMNS), axis=0), strict=True))
@@ -93,7 +93,11 @@ def slabs(g: GraphBuilder, margin_m: float, margin_relative: float) -> Slabs:
     pieces = g.op("Ceil", g.op("Div", whole, g.constant(SLAB_S)))
     pieces = g.op("Min", g.op("Max", pieces, one), g.constant(float(MOST_SLABS)))
     length = g.op("Div", whole, pieces)
-    most = g.op("ReduceMax", g.op("Concat", g.op("Reshape", pieces, g.index([-1])), g.constant([1.0]), axis=0), keepdims=0)
+    most = g.op(
+        "ReduceMax",
+        g.op("Concat", g.op("Reshape", pieces, g.index([-1])), g.constant([1.0]), axis=0),
+        keepdims=0,
+    )
     steps = g.op("Range", zero, most, one)
     step = g.op("Min", g.op("Reshape", steps, g.index([1, 1, -1])), g.op("Sub", pieces, one))
     start = add(first, mul(length, step))  # (1, n, S) from here
@@ -117,7 +121,9 @@ def slabs(g: GraphBuilder, margin_m: float, margin_relative: float) -> Slabs:
     y = mul(g.op("Sub", mul(c["east_m"], cos), mul(c["north_m"], sin)), side)
     far = mul(fast, end)
 
-    heading = add(mul(side, g.op("Sub", c["heading_rad"], c["course_rad"])), mul(mul(rate, 0.5), add(start, end)))
+    heading = add(
+        mul(side, g.op("Sub", c["heading_rad"], c["course_rad"])), mul(mul(rate, 0.5), add(start, end))
+    )
     swing = add(c["heading_error_rad"], mul(c["turn_rate_error_radps"], end), mul(mul(rate, 0.5), length))
     cos_heading, sin_heading = g.op("Cos", heading), g.op("Sin", heading)
     along, across, radius = [], [], []
@@ -149,7 +155,9 @@ def slabs(g: GraphBuilder, margin_m: float, margin_relative: float) -> Slabs:
     flat = g.op("Reshape", g.op("Concat", *whole_rows, axis=0), g.index([len(whole_rows), -1]))
     angles, rest = g.split(flat, [len(ANGLES), len(rows)], axis=0)
     sizes = [1] * (len(rows) - 12) + [8, 4]
-    named = dict(zip([*list(rows)[:-12], "corners", "radius"], g.split(g.cast32(rest), sizes, axis=0), strict=True))
+    named = dict(
+        zip([*list(rows)[:-12], "corners", "radius"], g.split(g.cast32(rest), sizes, axis=0), strict=True)
+    )
     beside, middle = _directions(g, angles, g.op("Reshape", g.op("Expand", side, shape), g.index([1, -1])))
     return Slabs(
         shape=g.op("Slice", shape, g.index([1]), g.index([3])),
@@ -175,7 +183,9 @@ def _directions(g: GraphBuilder, angles: str, side: str) -> tuple[str, str]:
     matrix[:, :2] -= 0.5  # from the middle
     beside = g.op("Add", g.op("MatMul", g.constant(matrix), angles), g.constant(offset))
     beside = g.op("Mul", beside, side)  # not mirrored: the order of `tangents`
-    rounds = g.op("Floor", g.op("Div", g.op("Add", beside, g.constant(np.pi + ASTERN_RAD)), g.constant(2 * np.pi)))
+    rounds = g.op(
+        "Floor", g.op("Div", g.op("Add", beside, g.constant(np.pi + ASTERN_RAD)), g.constant(2 * np.pi))
+    )
     beside = g.op("Sub", beside, g.op("Mul", rounds, g.constant(2 * np.pi)))
     beside = g.op("Clip", beside, g.constant(-np.pi), g.constant(np.pi - APART_RAD * count))
     shift = g.constant(APART_RAD * np.arange(count)[:, None], np.float32)

@@ -199,3 +199,15 @@ def test_a_ship_within_the_assumptions_is_wholly_inside_its_set(
         )
         distance_m = sets.nearest(table.north_m[:1].repeat(2) * 0.0 + corner).distance_m
         assert distance_m[0] <= 0.01
+
+
+def test_a_ship_whose_sensor_says_so_is_taken_to_turn_or_to_end_its_turn() -> None:
+    turning = tracks(picture(report(0.0, turn_rate_radps=-0.01)), 0.0)
+    assert row(turning, "model") == Model.TURNING
+    rate, error = row(turning, "turn_rate_radps"), row(turning, "turn_rate_error_radps")
+    assert (rate - error, rate + error) == pytest.approx((-0.011, 0.001))
+    assert 200 < row(turning, "validity_s") < math.pi / 0.011
+    for slow in (None, 0.002):
+        assert row(tracks(picture(report(0.0, turn_rate_radps=slow)), 0.0), "model") == Model.STRAIGHT
+    never = picture(report(0.0, turn_rate_radps=-0.01), turning_above_radps=0.0)
+    assert row(tracks(never, 0.0), "model") == Model.STRAIGHT

@@ -157,9 +157,9 @@ def with_weight(name: str, index: int, change: float) -> bytes:
     return CONTENT[:at] + np.float32(values.ravel()[index] + change).tobytes() + CONTENT[at + 4 :]
 
 
-def test_it_is_certified_below_six_centimetres_up_to_twelve_metres_a_second_and_ten_minutes() -> None:
+def test_it_is_certified_below_nine_centimetres_up_to_twelve_metres_a_second_and_ten_minutes() -> None:
     held = certificate.check("turning")
-    assert held.eps_m["speed 0.5-12 m/s with 0.05 m/s noise, T = 600 s"] <= 0.06
+    assert held.eps_m["speed 0.5-12 m/s with 0.05 m/s noise, T = 600 s"] <= 0.09
     assert held.domain == DOMAIN
 
 

@@ -18,7 +18,6 @@ METADATA_KEY = "companion"
 KEY = "repulsion.model"  # in the configuration
 SCHEMA = 1
 TURNING = "turning"
-UNKNOWN_HEADING_RAD = math.pi / 2  # a heading error above it counts as unknown, inside every range
 REMEDY = "train one with `companion train models/NAME.toml`, or set repulsion.kind = 'exact'"
 
 
@@ -58,9 +57,9 @@ class Metadata(msgspec.Struct, frozen=True, kw_only=True):
         """The input of that name."""
         return next(i for i in self.inputs if i.name == column)
 
-    def columns(self) -> tuple[str, ...]:
-        """The columns such a network reads."""
-        return TURNING_COLUMNS if self.kind == TURNING else COLUMNS
+    def turns(self) -> bool:
+        """Whether it is for ships that turn."""
+        return len(self.inputs) == len(TURNING_COLUMNS)
 
 
 def read_bytes(path_or_name: str | Path, suffix: str = ".onnx", key: str = KEY) -> tuple[str, bytes]:
@@ -95,7 +94,8 @@ def decode_metadata(text: str | None, origin: str, key: str = KEY) -> Metadata:
         raise ModelError(
             f"{key} = '{origin}': metadata schema {metadata.schema}, this release reads {SCHEMA}; {REMEDY}"
         )
-    if tuple(i.name for i in metadata.inputs) != metadata.columns():
+    names = TURNING_COLUMNS if metadata.turns() else COLUMNS
+    if tuple(i.name for i in metadata.inputs) != names or metadata.turns() < (metadata.kind == TURNING):
         raise ModelError(f"{key} = '{origin}': its input columns are not this release's; {REMEDY}")
     return metadata
 

@@ -2,7 +2,8 @@
 
 A contact outside the ranges the network was made for, one whose course bounds nothing any more
 (the disc model, or a tube that reaches beyond its validity), or one whose answer is not a number is
-answered by the exact field and marked in `Repulsion.from_network`.
+answered by the exact field and marked in `Repulsion.from_network`.  One so far away that its push is
+nothing beside the attraction is answered by a box around its set (`far.py`) and costs no inference.
 
 The session is deterministic: one thread, the CPU provider, nodes in sequence.
 """
@@ -18,13 +19,12 @@ from companion.config import Config
 from companion.errors import ModelError
 from companion.instant import Instant
 from companion.messages import BoolArray, FloatArray, Model, Nearest, Repulsion, Tracks
+from companion.planning.far import Boxes, far_m
 from companion.planning.field import ExactRepulsion
 from companion.planning.model_file import (
     KEY,
     METADATA_KEY,
     REMEDY,
-    TURNING,
-    UNKNOWN_HEADING_RAD,
     Metadata,
     check_agreement,
     decode_metadata,
@@ -34,7 +34,7 @@ from companion.planning.rows import COLUMNS, TURNING_COLUMNS, ContactRows
 from companion.reach.kernel import Kernel, nearest
 from companion.reach.shapes import only
 
-SPEED, AGE, UNTIL, SPEED_NOISE, COURSE_NOISE, HEADING_ERROR = (
+SPEED, AGE, UNTIL, SPEED_NOISE, COURSE_NOISE = (
     COLUMNS.index(name)
     for name in (
         "speed_mps",
@@ -42,7 +42,6 @@ SPEED, AGE, UNTIL, SPEED_NOISE, COURSE_NOISE, HEADING_ERROR = (
         "until_age_s",
         "speed_noise_mps",
         "course_noise_rad",
-        "heading_error_rad",
     )
 )
 Answer = tuple[FloatArray, FloatArray, FloatArray]  # distance (n,), away (n, 2), repulsion (n, 2)
@@ -57,6 +56,7 @@ def open_session(content: bytes, origin: str, key: str = KEY) -> ort.InferenceSe
     options = ort.SessionOptions()
     options.intra_op_num_threads = 1
     options.inter_op_num_threads = 1
+    options.enable_mem_reuse = False  # the numbers of a call fit the cache; looking for room costs more
     options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
     options.log_severity_level = 4
     try:
@@ -67,7 +67,7 @@ def open_session(content: bytes, origin: str, key: str = KEY) -> ort.InferenceSe
 
 
 def infer(session: ort.InferenceSession, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Distance (n,), away (n, 2) and repulsion (n, 2) of rows: one call, or one for as many as fit the cache."""
+    """Distance (n,), away (n, 2) and repulsion (n, 2) of rows; one call for as many as fit the cache."""
     step = MOST_AT_ONCE[rows.shape[1]]
     parts = [
         session.run(OUTPUTS, {INPUT: rows[first : first + step]})
@@ -100,8 +100,9 @@ class Network:
         have = ([i.name for i in session.get_inputs()], [o.name for o in session.get_outputs()])
         if have != ([INPUT], OUTPUTS) or session.get_inputs()[0].shape[1:] != [len(metadata.inputs)]:
             raise ModelError(f"{key} = '{origin}': inputs or outputs are not ours; {REMEDY}")
-        if (metadata.kind == TURNING) != (key == TURNING_KEY):
-            raise ModelError(f"{key} = '{origin}': a {metadata.kind} network, which is not for it; {REMEDY}")
+        if metadata.turns() != (key == TURNING_KEY):
+            verb = "turn" if metadata.turns() else "keep their course"
+            raise ModelError(f"{key} = '{origin}': made for ships that {verb}; {REMEDY}")
         check_agreement(metadata, config, origin, key)
         low, high = (np.array([getattr(i, end) for i in metadata.inputs]) for end in ("low", "high"))
         return cls(session, metadata, hashlib.sha256(content).hexdigest(), low, high)
@@ -109,20 +110,18 @@ class Network:
     def in_range(self, rows: FloatArray) -> BoolArray:
         """(n,) whether a row lies in the ranges the network was made for.
 
-        Beyond the ranges of its metadata, some conditions: a heading error above
-        `UNKNOWN_HEADING_RAD` is inside (the hull is its circle then), a ship slower than its
-        speed noise is outside (it may drift astern), and so is one whose courses until the end may
-        differ by more than half a turn.
+        Beyond the ranges of its metadata, some conditions: a ship slower than its speed noise is outside
+        (it may drift astern), so is a tube that ends before it begins, and so is a turn whose courses
+        until the end may differ by more than half a circle.
         """
         inside = (rows >= self.low) & (rows <= self.high)
-        inside[:, HEADING_ERROR] |= rows[:, HEADING_ERROR] > UNKNOWN_HEADING_RAD
-        rowwise: BoolArray = inside.all(axis=1) & (rows[:, SPEED] >= rows[:, SPEED_NOISE])
-        if self.metadata.kind == TURNING:
+        inside[:, SPEED] &= rows[:, SPEED] >= rows[:, SPEED_NOISE]
+        inside[:, UNTIL] &= rows[:, UNTIL] >= rows[:, AGE]
+        if self.metadata.turns():
             rate, error = np.abs(rows[:, -2]), rows[:, -1]
-            until = np.ceil(np.maximum(rows[:, AGE], rows[:, UNTIL]))
-            turned = until * (rate + error + np.maximum(error - rate, 0.0))
-            rowwise &= turned + 2 * rows[:, COURSE_NOISE] <= np.pi
-        return rowwise
+            turned = np.ceil(rows[:, UNTIL]) * (rate + error + np.maximum(error - rate, 0.0))
+            inside[:, COURSE_NOISE] &= turned + 2 * rows[:, COURSE_NOISE] <= np.pi
+        return np.asarray(inside.all(axis=1))
 
     def run(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The network itself: rows to distance (n,), away (n, 2), repulsion (n, 2)."""
@@ -135,11 +134,14 @@ class NetworkRepulsion:
     One network answers for ships that keep their course, another, if configured, for ships that turn.
     """
 
-    def __init__(self, network: Network, turning: Network | None, exact: ExactRepulsion):
+    def __init__(
+        self, network: Network, turning: Network | None, exact: ExactRepulsion, far_from_m: float
+    ) -> None:
         self.network = network
         self.turning = turning
         self._exact = exact
-        self._rows = ContactRows()
+        self._rows = ContactRows(circles=network.metadata.kind == "support")
+        self._boxes, self._far_m = Boxes(), far_from_m
         self._rest: tuple[Tracks, BoolArray, Tracks] | None = None
         self.metadata, self.in_range, self.run = network.metadata, network.in_range, network.run
         self.digest, self.turning_digest = network.digest, turning.digest if turning else ""
@@ -152,27 +154,28 @@ class NetworkRepulsion:
         """
         network, name = Network.load(path_or_name, config), config.repulsion.turning_model
         turning = Network.load(name, config, TURNING_KEY) if name else None
-        return cls(network, turning, ExactRepulsion(config.field, kernel))
+        return cls(network, turning, ExactRepulsion(config.field, kernel), far_m(config.field))
 
     def __call__(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
     ) -> Repulsion:
         """Repulsion of every contact's tube [age, `until_age_s`] on a position (2,), or one each (n, 2)."""
         rows = self._rows.fill(tracks, now, until_age_s, position_m)
-        valid = np.maximum(rows[:, AGE], rows[:, UNTIL]) <= tracks.validity_s
+        valid = rows[:, UNTIL] <= tracks.validity_s
         straight = valid & (tracks.model == Model.STRAIGHT) & self.in_range(rows)
         turning = valid & (tracks.model == Model.TURNING) & (self.turning is not None)
-        if straight.all() and len(rows):  # the usual case, without a copy
-            numbers = self.run(rows)
-        else:
-            numbers = np.empty(len(rows)), np.empty((len(rows), 2)), np.empty((len(rows), 2))
-            if straight.any():
-                _put(numbers, straight, self.run(rows[straight]))
-            if turning.any():
-                turning = self._turn(numbers, turning, rows, tracks)
+        numbers: Answer = np.empty(len(rows)), np.empty((len(rows), 2)), np.empty((len(rows), 2))
+        if straight.any():
+            boxes = self._exact.from_nearest(self._boxes.nearest(tracks, now, until_age_s, position_m))
+            numbers = boxes.nearest.distance_m, boxes.nearest.away, boxes.velocity
+            near = straight & (numbers[0] < self._far_m)
+            _put(numbers, near, self.run(rows[near]))
+        if turning.any():
+            turning = self._turn(numbers, turning, rows, tracks)
         distance, away, velocity = numbers
         learned = straight | turning
-        learned &= np.isfinite(np.column_stack(numbers)).all(axis=1)
+        sums = distance[learned] + away[learned].sum(axis=1) + velocity[learned].sum(axis=1)
+        learned[learned] = np.isfinite(sums)
         if not learned.all():
             _put(numbers, ~learned, self._exactly(tracks, now, until_age_s, position_m, ~learned))
         return Repulsion(Nearest(distance, away), velocity, learned)
