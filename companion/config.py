@@ -86,7 +86,8 @@ class Contacts(Section, frozen=True):
     ships under way in open water, the paper's case sets its own.  `position_error_m` applies to
     reports flagged accurate, `coarse_position_error_m` to the others.  The noise bounds are believed for
     `validity_s` after a report; from then on the ship may do anything up to `top_speed_mps`.  Below
-    `slow_below_mps` a course means nothing: such a ship may go any way at that speed.
+    `slow_below_mps` a course means nothing: such a ship may go any way at that speed, but no farther than
+    `anchored_m` or `moored_m` while it says that it is at anchor, or moored or aground.
 
     A ship whose sensor of turn reports at least `turning_above_radps` (0: none) is taken to turn at that
     rate, within `turn_rate_error_radps`, or to end its turn at any moment.
@@ -107,6 +108,8 @@ class Contacts(Section, frozen=True):
     default_class_b_beam_m: Positive = 8.0
     top_speed_mps: Positive = 16.0
     slow_below_mps: NonNegative = 0.5
+    anchored_m: NonNegative = 300.0
+    moored_m: NonNegative = 30.0
     turning_above_radps: NonNegative = 0.003
     turn_rate_error_radps: NonNegative = 0.001
     validity_s: Positive = 600.0

@@ -14,6 +14,7 @@ from companion.instant import Instant
 from companion.loop import Encoder, Stepper, Tick
 from companion.messages import Decision
 from companion.record import EXACT, DecisionRecorder, Log, Step, Tolerance, encode, first_difference
+from companion.record.session import differences, session
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,18 +55,9 @@ def replay(path: Path, tolerance: Tolerance = EXACT) -> Replayed:
     be built here.
     """
     log = Log(path)
-    companion = build.build(config.from_mapping(log.session.config, str(log.path)))
-    session, here = log.session, (companion.model_digest, companion.turning_digest)
-    notes = tuple(
-        f"the {name} differs: recorded {(recorded or '')[:12]}, here {digest[:12]}"
-        for name, recorded, digest in zip(
-            ("model", "turning model"),
-            (session.model_sha256, session.turning_model_sha256),
-            here,
-            strict=True,
-        )
-        if (recorded or "") != digest and (recorded or name == "model")  # older logs knew of no second one
-    )
+    configured = config.from_mapping(log.session.config, str(log.path))
+    companion = build.build(configured)
+    notes = differences(log.session, session(configured, companion.model_digest, companion.turning_digest))
     return compare(log, companion.core, companion.encoder, tolerance, notes)
 
 
