@@ -130,11 +130,14 @@ class Planner(Section, frozen=True):
     `"clearing"`: from now until the vehicle has cleared that ship's corridor at full speed, times
     `clearing_margin`, with a pull toward the ship's stern of `astern_gain` times the repulsion.
     `"paper"`: the tube from now to the report's time plus T, for every ship: a wall in dense traffic.
+    `rehearse`: before it leaves, and until it has begun to cross, the clearing planner plays the crossing
+    forward on what is known, and holds where there is no safe way.
     """
 
     horizon: Literal["paper", "clearing"] = "clearing"
     clearing_margin: Annotated[float, Meta(ge=1)] = 1.3
     astern_gain: NonNegative = 0.5
+    rehearse: bool = True
 
 
 class RepulsionChoice(Section, frozen=True):

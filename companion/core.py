@@ -38,6 +38,7 @@ from companion.picture import Picture
 from companion.planning.ascent import Ascent
 from companion.planning.guard import Guard, Verdict
 from companion.planning.mission import Mission
+from companion.planning.outlook import Outlook
 from companion.planning.steering import RepulsionField, Steering
 from companion.reach.kernel import Kernel, nearest
 from companion.requests import MessageRequests
@@ -58,6 +59,7 @@ class Core:
         self._mission = Mission(config.vehicle, config.goal)
         self._steering = Steering(config, repulsion)
         self._guard = Guard(config, kernel)
+        self._outlook = Outlook(config, kernel)
         self._ascent = Ascent(config, kernel)
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
@@ -90,10 +92,13 @@ class Core:
         if own is not None and goal_m is not None and phase is not Phase.WAIT:
             depth_m = self._mission.target_depth_m()
             aim_m = goal_m
+            pulled = phase
             if phase is Phase.RISE:
                 aim_m, depth_m = self._ascent.aim(now, own, tracks, depth_m) or (goal_m, depth_m)
+            elif phase is Phase.CROSS and (post_m := self._outlook.post(own, tracks, reasons)) is not None:
+                aim_m, pulled = post_m, Phase.SURFACE  # gently, onto the place it holds
             push = self._steering.repulsion(tracks, now, own, aim_m)
-            pull = self._steering.attraction(own, aim_m, phase)
+            pull = self._steering.attraction(own, aim_m, pulled)
             wanted = self._steering.velocity(own, tracks, pull, push, depth_m)
         verdict = self._guard.check(
             now, own, self._own.heartbeat, tracks, self._picture.reports_heard, wanted
@@ -169,14 +174,23 @@ class Core:
     ) -> Phase:
         if own is None or goal_m is None or not self._own.is_ready(now):
             return self._mission.pause(now)
+        self._outlook.look(now, self._mission.phase, own, tracks, goal_m)
         return self._mission.advance(
             now,
             own,
             own.distance_to_m(goal_m),
             self._picture.reports_heard,
-            lambda: self._ascent.is_clear(now, own, tracks, self._mission.phase, reasons),
-            lambda: self._ascent.must_rise(now, own, tracks, goal_m, self._mission.crossings, reasons),
+            lambda: self._is_clear(now, own, tracks, reasons),
+            lambda: self._ascent.must_rise(
+                now, own, tracks, goal_m, self._mission.crossings, self._outlook.holds, reasons
+            ),
         )
+
+    def _is_clear(self, now: Instant, own: OwnState, tracks: Tracks, reasons: list[Reason]) -> bool:
+        """Whether the next phase may begin."""
+        phase = self._mission.phase
+        clear = self._ascent.is_clear(now, own, tracks, phase, reasons)
+        return clear and (phase is not Phase.LISTEN or self._outlook.may_leave(reasons))
 
     def _explain(self, tracks: Tracks, now: Instant, push: Repulsion | None) -> list[Reason]:
         """What an operator should know about the information steered by."""

@@ -58,9 +58,9 @@ def forward(layers: Layers, course_noise_rad: FloatArray, course_noise_max_rad: 
 
 
 def teacher(course_noise_rad: FloatArray, grid: int) -> FloatArray:
-    """(m, K/2 + 1) the true corrections."""
+    """(m, K/2 + 1) the true support per metre of reach."""
     angles = grid_angles(grid)[: grid // 2 + 1]
-    return np.asarray(np.cos(np.maximum(angles - course_noise_rad[:, None], 0.0)) - np.cos(angles))
+    return np.asarray(np.cos(np.maximum(angles - course_noise_rad[:, None], 0.0)))
 
 
 def teacher_slope(a: FloatArray, b: FloatArray, grid: int) -> tuple[FloatArray, FloatArray]:

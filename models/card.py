@@ -23,9 +23,9 @@ WHAT_IS_LEARNED = """
 The distance to a convex set is the greatest, over unit directions n, of n . p - h(n), h the set's
 support function. The network learns h for fixed directions in the ship's course frame. Scale needs
 no learning: a ship's velocities fill one shape, set by the course noise alone, that grows with the
-reach; so the learned part maps the course noise to one correction per direction, and the graph
+reach; so the learned part maps the course noise to one support value per direction, and the graph
 multiplies it by the reach. Hull, heading error and position error enter the sum in closed form; the
-flanks, the front arc and the hull's edges get directions of their own, computed in the graph.
+flanks, the front arc, the hull's edges and corners get directions of their own, computed in the graph.
 
 Said plainly: for this ship the exact set has a closed form too and costs less than the network. The
 network is the paper's method made safe, and the pattern for models whose sets are not cheap.

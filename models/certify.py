@@ -47,7 +47,8 @@ def run(path: Path) -> Certificate:
         domain={i.name: (i.low, i.high) for i in metadata.inputs},
         conditions=(
             "speed_mps >= speed_noise_mps",
-            "heading_error_rad above pi/2 is inside too: the hull is its circumscribed circle",
+            "until_age_s >= age_s",
+            "a hull of unknown heading comes as its circle: no corners, its radius in position_error_m",
         ),
         grid=grid,
         course_noise_max_rad=widest,

@@ -10,7 +10,7 @@ from companion.messages import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Layers:
-    """The learned network: w scaled to [-1, 1], tanh layers, a linear one to K/2 + 1 corrections."""
+    """The learned network: w scaled to [-1, 1], tanh layers, a linear one to K/2 + 1 support values."""
 
     weights: tuple[FloatArray, ...]  # each (inputs, outputs)
     biases: tuple[FloatArray, ...]

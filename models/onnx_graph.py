@@ -41,9 +41,11 @@ class GraphBuilder:
         self._nodes.append(helper.make_node(kind, list(inputs), [output], **attributes))
         return output
 
-    def split(self, tensor: str, sizes: Sequence[int], axis: int = 1) -> tuple[str, ...]:
+    def split(
+        self, tensor: str, sizes: Sequence[int], axis: int = 1, outputs: Sequence[str] = ()
+    ) -> tuple[str, ...]:
         """Cut a tensor along an axis."""
-        outputs = [f"t{len(self._nodes)}_{i}" for i in range(len(sizes))]
+        outputs = outputs or [f"t{len(self._nodes)}_{i}" for i in range(len(sizes))]
         self._nodes.append(helper.make_node("Split", [tensor, self.index(sizes)], outputs, axis=axis))
         return tuple(outputs)
 

@@ -5,7 +5,7 @@ import numpy as np
 from companion import reach
 from companion.instant import NS_PER_S, Instant
 from companion.messages import FloatArray, Model, Tracks
-from companion.planning.rows import COLUMNS
+from companion.planning.rows import COLUMNS, as_circles
 
 NOW = Instant(10_000 * NS_PER_S)
 
@@ -49,7 +49,8 @@ def ships(rng: np.random.Generator, n: int, domain: dict[str, tuple[float, float
     """(n, 15) uniform over the domain but for the position; ages whole nanoseconds.
 
     A fifth of the rows take each bound, one by one, at an end of its range; hulls are as often
-    ferries as boats; headings lie near the course or anywhere.
+    ferries as boats; headings lie near the course or anywhere, and a
+    fifth are unknown.
     """
     low, high = (np.array([domain[name][side] for name in COLUMNS]) for side in (0, 1))
     unit = rng.uniform(size=(n, len(COLUMNS)))
@@ -70,7 +71,11 @@ def ships(rng: np.random.Generator, n: int, domain: dict[str, tuple[float, float
     rows[:, hull] = low[hull] + small * (rows[:, hull] - low[hull])
     speed, noise = column["speed_mps"], column["speed_noise_mps"]
     rows[:, noise] = np.minimum(rows[:, noise], rows[:, speed])
-    rows[:, column["age_s"]] = np.round(rows[:, column["age_s"]], 6)
+    age, until = column["age_s"], column["until_age_s"]
+    rows[:, age] = np.round(rows[:, age], 6)
+    rows[:, until] = np.maximum(rows[:, until], rows[:, age])
+    as_circles(rows)
+    rows[:, hull.stop - 1] = np.minimum(rows[:, hull.stop - 1], high[hull.stop - 1])
     return rows
 
 

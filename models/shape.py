@@ -1,8 +1,8 @@
 """The learned part: how a unit of reach looks from each grid direction, given the course noise.
 
 The velocities of a ship at unit speed fill the arc of directions within +-w of its course.  The arc's
-support in direction b is cos(max(|b| - w, 0)); without noise it is cos b.  The network learns the
-difference N(w), one value for each grid direction in [0, pi]; the other side is its mirror image.
+support in direction b is N(w) = cos(max(|b| - w, 0)).  The network learns it for each grid direction
+in [0, pi]; the other side is its mirror image.
 """
 
 from itertools import pairwise
@@ -28,6 +28,8 @@ def train(spec: SupportSpec, checkpoint: Checkpoint | None, progress: Progress) 
     body = nn.Sequential(*(part for layer in linear[:-1] for part in (layer, nn.Tanh())))
     whole = nn.Sequential(body, linear[-1])
 
+    none = torch.from_numpy(teacher(np.zeros(1), network.grid))  # the support without noise
+
     def batch(noise: FloatArray) -> tuple[torch.Tensor, torch.Tensor]:
         return torch.from_numpy(2 * noise[:, None] / widest - 1), torch.from_numpy(
             teacher(noise, network.grid)
@@ -35,7 +37,7 @@ def train(spec: SupportSpec, checkpoint: Checkpoint | None, progress: Progress) 
 
     def loss_on(rng: np.random.Generator) -> torch.Tensor:
         scaled, target = batch(rng.uniform(0, widest, network.samples))
-        loss: torch.Tensor = ((whole(scaled) - target) / widest).square().mean()
+        loss: torch.Tensor = ((whole(scaled) - (target - none)) / widest).square().mean()
         return loss
 
     descend(

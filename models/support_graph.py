@@ -2,18 +2,16 @@
 
     d = max_k (n_k . p - h_k)        distance to a convex set, by its support values h_k
 
-The set is the Minkowski sum of motion, hull and position error, so h_k is the sum of three
-supports.  Motion: the sector of velocities has one shape for all ships but for the course noise w,
-so h_k = A (cos b_k + N_k(w)) where A is the reach, until * (v + w_v) ahead, age * (v - w_v) astern, and
-b_k the direction from the course; N is the learned network, one correction per grid direction.  Hull
-and position error have closed forms, and so have the directions of `support_directions.following`.
+The set is the Minkowski sum of motion, hull and position error, so h_k is the sum of three supports.
+In K directions fixed in the course frame the motion's support is learned: A N_k(w), where A is the
+reach, until * (v + w_v) ahead, age * (v - w_v) astern, and w the course noise.  Directions that follow
+the contact (`support_geometry`) have it in closed form, and so have hull and position error.
 
 Each direction alone bounds the distance from below, so nothing but N >= truth is needed for "never
-claims more distance than there is".  Between the best direction and any other the bound is sharpened by
-h(a n1 + b n2) <= a h(n1) + b h(n2), a, b >= 0: the corner where two half planes meet.
+claims more distance than there is".
 
-What is measured from far away is computed in float64, the rest in float32; few large operations, since
-each costs the runtime half a microsecond.
+All is float32; few large operations, since each costs the runtime half a microsecond.  Points and
+directions are (n, count, 2).
 """
 
 from dataclasses import dataclass
@@ -22,12 +20,22 @@ import numpy as np
 import onnx
 
 from companion.planning.rows import COLUMNS
-from models import support_directions, support_frame, support_hull
-from models.layers import Layers
+from models.layers import Layers, mirrored
 from models.onnx_graph import GraphBuilder
-from models.support_frame import Frame
+from models.support_geometry import (
+    FAR,
+    POSITION,
+    Hull,
+    Motion,
+    grid_directions,
+    grid_reaches,
+    normals,
+    rays,
+    tangents,
+)
+from models.support_terms import ONE, Linear, Plan, Vector, column, scalar, scaled
 
-LEAST_SINE = 2e-3  # directions nearer than this lean less: float32 cannot tell where their lines meet
+FOLLOWING = 24  # directions: 6 normals, 5 rays alone and 5 carried to the hull's ends, 8 tangents
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,26 +47,41 @@ class Constants:
     singular_gap_m: float  # the force stays what it is at delta + this much when nearer
     grid: int  # K, a multiple of 4, at most 2 pi / course_noise_max_rad
     course_noise_max_rad: float
-    unknown_heading_rad: float  # above it the hull counts as its circumscribed circle
-    margin_m: float  # outward, for float32: a length, and a share of reach and distance
+    heading_error_max_rad: float
+    margin_m: float  # outward, for float32: a length, and a share of the far reach
     margin_relative: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """Names of the geometry's tensors (n, count, 2)."""
+
+    points: str  # the vehicle; five of the motion; twelve of the hull
+    ends: str  # of the hull's four arcs
+    arcs: str  # one point of each arc: the motion's, then the hull's
+    fixed: str  # directions: the grid's, then normals
+    rays: str
+    differences: str  # of radii squared, of neighbouring arcs
+    smaller: str  # radii squared
+    across: str  # a quarter turn on from the ends
+    reach: str  # (n, K/2, 2)
+    margin: str  # (n, 1, 2): taken off the distance, and off the gap to delta
 
 
 def build(layers: Layers, constants: Constants, metadata: dict[str, str]) -> onnx.ModelProto:
     """`contacts` (n, 15) -> `distance_m` (n,), `away` (n, 2), `repulsion` (n, 2); all float64."""
     g = GraphBuilder()
-    frame = support_frame.frame(g, constants.course_noise_max_rad)
-    hull = support_hull.hull(g, frame, constants.unknown_heading_rad)
-    learned, ray = support_directions.grid(g, frame, hull, layers, constants.grid)
-    closed, units = support_directions.following(g, frame, hull)
-    units = g.op("Concat", units, ray, axis=1)
-    x, y = g.split(units, [1, 1], axis=0)
-    motion = g.op("Concat", closed, g.op("Unsqueeze", learned, g.index([0])), axis=1)
-    rounding = g.op("Add", g.op("Mul", frame.far, _f32(g, constants.margin_relative)),
-                    _f32(g, constants.margin_m))  # fmt: skip
-    slack = g.op("Sub", g.op("Sub", motion, hull.support(g, x, y)), rounding)
-    distance, *direction = _sharpened(g, slack, units, x, y)
-    _outputs(g, constants, frame, g.op("Sub", distance, hull.circle), direction)
+    places, noise = _places(g, constants)
+    units = _directions(g, places)
+    far, radius = g.split(g.op("ReduceL2", places.arcs, g.index([2]), keepdims=1), [1, 4])
+    vehicle, motion, ends, meeting = g.split(_dot(g, places.points, units), [1, 5, 8, 4])
+    closed = g.op("Min", _most(g, motion), far)
+    _, closed = g.split(closed, [constants.grid, FOLLOWING], axis=2)
+    learned = g.op("Mul", places.reach, _learned(g, noise, layers, constants.grid))
+    learned = g.op("Reshape", learned, g.index([0, 1, constants.grid]))
+    slack = g.op("Sub", vehicle, g.op("Concat", learned, closed, axis=2))
+    hull = g.op("Max", _most(g, ends), _most(g, g.op("Min", meeting, radius)))
+    _outputs(g, constants, g.op("Sub", slack, hull), units, places.margin)
     return g.model(
         {"contacts": ("n", len(COLUMNS))},
         {"distance_m": ("n",), "away": ("n", 2), "repulsion": ("n", 2)},
@@ -66,49 +89,79 @@ def build(layers: Layers, constants: Constants, metadata: dict[str, str]) -> onn
     )
 
 
-def _sharpened(g: GraphBuilder, slack: str, units: str, x: str, y: str) -> tuple[str, str, str]:
-    """Distance and direction (1, 1, n): the best half plane, or its corner with another.
-
-    `slack`, `x`, `y` (1, D, n), `units` (2, D, n).  With c and s the cosine and sine between the best
-    direction and another, the corner lies  (slack - c best) / s  beside the best one.
-    """
-    best = g.op("ArgMax", slack, axis=1, keepdims=1)
-    three = g.op("Concat", best, best, best, axis=0)
-    chosen = g.op("GatherElements", g.op("Concat", units, slack, axis=0), three, axis=1)
-    best_x, best_y, upright = g.split(chosen, [1, 1, 1], axis=0)  # (1, 1, n)
-    cos = g.op("Add", g.op("Mul", x, best_x), g.op("Mul", y, best_y))
-    sin = g.op("Sub", g.op("Mul", y, best_x), g.op("Mul", x, best_y))
-    rise = g.op("Relu", g.op("Sub", slack, g.op("Mul", cos, upright)))
-    square = g.op("Max", g.op("Mul", sin, sin), _f32(g, LEAST_SINE**2))
-    beside = g.op("Div", g.op("Mul", rise, sin), square)
-    most = g.op("ReduceMax", beside, g.index([1]), keepdims=1)
-    least = g.op("ReduceMin", beside, g.index([1]), keepdims=1)
-    is_starboard = g.op("Greater", g.op("Add", most, least), _f32(g, 0.0))
-    lean = g.op("Where", is_starboard, most, least)
-    sign = g.op("Sign", upright)
-    lean = g.op("Mul", lean, g.op("Relu", sign))  # inside all half planes there is no corner
-    length = g.op("Sqrt", g.op("Add", g.op("Mul", upright, upright), g.op("Mul", lean, lean)))
-    upright, side = g.op("Div", upright, length), g.op("Div", lean, length)
-    upright = g.op("Abs", upright)
-    turned_x = g.op("Sub", g.op("Mul", upright, best_x), g.op("Mul", side, best_y))
-    turned_y = g.op("Add", g.op("Mul", upright, best_y), g.op("Mul", side, best_x))
-    return g.op("Mul", length, sign), turned_x, turned_y
-
-
-def _outputs(g: GraphBuilder, c: Constants, frame: Frame, slack: str, direction: list[str]) -> None:
-    """Distance, direction and eq. (8)'s force, back in the north-east frame."""
-    rounding = g.op("Mul", g.op("Abs", slack), _f32(g, c.margin_relative))
-    distance = g.op("Sub", g.cast64(g.op("Sub", slack, rounding)), frame.disc)
-    x, y = (g.op("Squeeze", g.cast64(v), g.index([0])) for v in direction)
-    away = g.op("Add", g.op("Mul", frame.along, x), g.op("Mul", frame.across, y))
-    gap = g.op("Max", g.op("Sub", distance, g.constant(c.delta_m)), g.constant(c.singular_gap_m))
-    force = g.op("Div", g.constant(c.k_r), g.op("Mul", gap, g.op("Mul", gap, gap)))
-    g.op("Transpose", away, perm=[1, 0], output="away")
-    g.op(
-        "Transpose", g.op("Mul", away, g.op("Squeeze", force, g.index([0]))), perm=[1, 0], output="repulsion"
+def _places(g: GraphBuilder, c: Constants) -> tuple[_Places, str]:
+    """The geometry, and the course noise (n, 1) scaled to [-1, 1]."""
+    motion, hull = Motion.of(c.course_noise_max_rad), Hull.of(c.heading_error_max_rad)
+    # a share less of the position is outward when outside; inside the far reach's share is more
+    vehicle = scaled(POSITION, 1 - c.margin_relative / 4)
+    margin = scalar(column("position_error_m") + Linear(constant=c.margin_m)) + FAR * c.margin_relative
+    reaches = grid_reaches(c.grid)
+    groups: tuple[list[Vector], ...] = (
+        [vehicle, *motion.corners, motion.meeting, *hull.ends, *hull.meeting],
+        list(hull.ends),
+        [motion.corners[0], *hull.ends[:4]],
+        [*grid_directions(c.grid), *normals(motion, hull)],
+        rays(motion),
+        *tangents(hull),
+        list(zip(reaches[::2], reaches[1::2], strict=True)),
+        [(margin, margin + scalar(Linear(constant=c.delta_m)))],
     )
-    g.op("Squeeze", distance, g.index([0, 1]), output="distance_m")
+    plan = Plan([vector for group in groups for vector in group])
+    scaled_noise = column("course_noise_rad") * (2 / c.course_noise_max_rad) + ONE * -1.0
+    matrix, offset = (g.constant(part, np.float32) for part in plan.linear([scaled_noise]))
+    m, counts = len(plan.products), [len(group) for group in groups]
+    angle, a, b, noise = g.split(g.op("Gemm", g.cast32("contacts"), matrix, offset), [m, m, m, 1])
+    products = g.op("Mul", g.op("Cos", angle), g.op("Mul", a, b))
+    sums = g.op("MatMul", products, g.constant(plan.sums(), np.float32))
+    vectors = g.op("Reshape", sums, g.index([0, sum(counts), 2]))
+    return _Places(*g.split(vectors, counts)), noise
 
 
-def _f32(g: GraphBuilder, value: float) -> str:
-    return g.constant(value, np.float32)
+def _directions(g: GraphBuilder, places: _Places) -> str:
+    """Unit vectors (n, K + FOLLOWING, 2), the grid's first."""
+    # the end of the hull that lies farthest along a ray is the nearest to the vehicle
+    farthest = g.op("ArgMax", _dot(g, places.rays, places.ends), axis=2)
+    carried = g.op("Sub", places.rays, g.op("GatherND", places.ends, farthest, batch_dims=1))
+    slope = g.op("Sqrt", g.op("Abs", g.op("Div", places.differences, places.smaller)))
+    touching = g.op("Add", places.ends, g.op("Mul", slope, places.across))
+    every = g.op("Concat", places.fixed, places.rays, carried, touching, axis=1)
+    # a vector of no length would claim that the set ends at the vehicle, wherever that is
+    every = g.op("Add", every, g.constant(1e-12, np.float32))
+    return g.op("LpNormalization", every, axis=2, p=2)
+
+
+def _learned(g: GraphBuilder, noise: str, layers: Layers, count: int) -> str:
+    """(n, K/2, 2) the motion's support per metre of reach; a column serves both sides of the course."""
+    tensor = noise
+    last = len(layers.weights) - 1
+    columns = mirrored(count)
+    for i, (weight, bias) in enumerate(zip(layers.weights, layers.biases, strict=True)):
+        served = columns if i == last else np.arange(len(bias))
+        w = g.constant(weight[:, served], np.float32, name=f"weight{i}")
+        b = g.constant(bias[served], np.float32, name=f"bias{i}")
+        tensor = g.op("Gemm", tensor, w, b)
+        tensor = tensor if i == last else g.op("Tanh", tensor)
+    return g.op("Reshape", tensor, g.index([0, count // 2, 2]))
+
+
+def _dot(g: GraphBuilder, points: str, units: str) -> str:
+    """(n, P, D) scalar products; onnxruntime takes the transpose into the product."""
+    return g.op("MatMul", points, g.op("Transpose", units, perm=[0, 2, 1]))
+
+
+def _most(g: GraphBuilder, values: str) -> str:
+    """(n, 1, D) the greatest of (n, P, D)."""
+    return g.op("ReduceMax", values, g.index([1]), keepdims=1)
+
+
+def _outputs(g: GraphBuilder, c: Constants, slack: str, units: str, margins: str) -> None:
+    """Distance, direction and eq. (8)'s force of the best direction."""
+    best = g.op("ArgMax", slack, axis=2)
+    away = g.op("GatherND", units, best, batch_dims=1)
+    limits = g.op("Sub", g.op("ReduceMax", slack, g.index([2]), keepdims=1), margins)
+    chosen = g.cast64(g.op("Squeeze", g.op("Concat", away, limits, axis=2), g.index([1])))
+    away, distance, gap = g.split(chosen, [2, 1, 1], outputs=["away", "distance", "gap"])
+    gap = g.op("Max", gap, g.constant(c.singular_gap_m))
+    force = g.op("Pow", g.op("Div", g.constant(c.k_r ** (1 / 3)), gap), g.constant(3.0))
+    g.op("Mul", away, force, output="repulsion")
+    g.op("Squeeze", distance, g.index([1]), output="distance_m")

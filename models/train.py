@@ -13,7 +13,7 @@ import onnx
 import torch
 
 from companion.planning.field import SINGULAR_GAP_M
-from companion.planning.model_file import METADATA_KEY, SCHEMA, UNKNOWN_HEADING_RAD, Metadata
+from companion.planning.model_file import METADATA_KEY, SCHEMA, Metadata
 from models import card, certify, evaluate, gradient, gradient_graph, shape, spec, support_graph
 from models.bounds import enclose
 from models.checkpoint import Checkpoint
@@ -67,7 +67,7 @@ def _support(settings: spec.SupportSpec, checkpoint: Checkpoint, progress: Progr
         singular_gap_m=SINGULAR_GAP_M,
         grid=network.grid,
         course_noise_max_rad=widest,
-        unknown_heading_rad=UNKNOWN_HEADING_RAD,
+        heading_error_max_rad=settings.domain["heading_error_rad"][1],
         margin_m=settings.rounding.margin_m,
         margin_relative=settings.rounding.margin_relative,
     )

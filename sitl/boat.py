@@ -1,8 +1,9 @@
 """The bundled boat: three degrees of freedom (surge, sway, yaw) in Fossen's notation, and its inner loops.
 
-Coefficients of CyberShip II (1.255 m, 23.8 kg) from R. Skjetne, T. I. Fossen, P. V. Kokotovic, "Adaptive
-maneuvering, with experiments, for a model ship in a marine control laboratory", Automatica 41 (2005), scaled
-by Froude's law to 3.8 m: lengths by L, times by sqrt(L), masses by L^3.
+Coefficients of CyberShip II (1.255 m, 23.8 kg) from R. Skjetne, O. N. Smogeli, T. I. Fossen, "A nonlinear
+ship manoeuvering model: identification and adaptive control with experiments for a model ship", Modeling,
+Identification and Control 25 (2004), scaled by Froude's law to 3.8 m: lengths by L, times by sqrt(L), masses
+by L^3.  Compared number by number with three independent implementations of that model.
 
 A velocity becomes heading and forward speed over ground, without crabbing; a zero velocity is "heading north,
 speed 0", as measured on ArduPilot's Rover; the current carries the boat aside.

@@ -15,6 +15,7 @@ from sitl.boat import Boat
 from sitl.logbook import Logbook
 from sitl.profiles import PROFILES
 from sitl.recorded import Recording
+from sitl.rover import Rover
 from sitl.scenario import Scenario
 from sitl.sea import Finish, Sea, Traffic
 from sitl.submarine import Submarine
@@ -147,6 +148,8 @@ def _dynamics(scenario: Scenario) -> Dynamics:
         max_turn_rate_radps=vehicle.max_turn_rate_radps,
         speed_lag_s=vehicle.speed_lag_s,
     )
+    if vehicle.profile == "rover":
+        return Rover(limits)
     hulls: dict[tuple[bool, str], type[Boat | Submarine | KinematicBoat | KinematicSubmarine]]
     hulls = {
         (True, "physics"): Boat,
@@ -171,7 +174,7 @@ def _convoys(scenario: Scenario, rng: np.random.Generator) -> tuple[Ship, ...]:
     speed = representable_speed_mps(row.speed_mps)
     ships: list[Ship] = []
     for lane, (name, offset_m) in enumerate(zip(("NEAR", "FAR"), channel.lanes_m, strict=True)):
-        sails = course + math.pi * (1 - lane)
+        sails = course + (0.0 if channel.same_way else math.pi * (1 - lane))
         middle = _at(course + math.pi / 2, offset_m - channel.width_m / 2)
         shift = rng.uniform(-row.spread_m, row.spread_m)
         for k in range(row.per_lane):

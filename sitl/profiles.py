@@ -4,7 +4,7 @@ The rows restate what their sources and simulators do with SET_POSITION_TARGET_L
 they name modes, and when they lose patience.  `sitl.autopilot` has no `if firmware`.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
@@ -104,6 +104,10 @@ BOAT = Profile(
     params={"FRAME_CLASS": 2.0, "FS_ACTION": 2.0, "FS_TIMEOUT": 1.5, "FS_GCS_ENABLE": 0.0},
 )
 
+ROVER = replace(
+    BOAT, name="rover", vehicle=mav.MAV_TYPE_GROUND_ROVER, params={**BOAT.params, "FRAME_CLASS": 1.0}
+)
+
 PX4 = Profile(
     name="px4",
     autopilot=mav.MAV_AUTOPILOT_PX4,
@@ -122,4 +126,4 @@ PX4 = Profile(
     params={"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 5.0, "COM_RCL_EXCEPT": 4.0},
 )
 
-PROFILES = {profile.name: profile for profile in (SUB, BOAT, PX4)}
+PROFILES = {profile.name: profile for profile in (SUB, BOAT, ROVER, PX4)}

@@ -18,12 +18,13 @@ class Channel(Section, frozen=True):
     """A two-lane channel; its middle on the crossing line lies at the position given.
 
     `course_deg` is the channel's direction: the lane farther from the start sails it, the nearer
-    one the other way.  `lanes_m` are the lanes' middles from the near edge.
+    one the other way (or the same, `same_way`).  `lanes_m` are the lanes' middles from the near edge.
     """
 
     latitude_deg: Latitude
     longitude_deg: Longitude
     course_deg: Annotated[float, Meta(ge=0, lt=360)] = 0.0
+    same_way: bool = False
     width_m: Positive = 230.0
     lanes_m: tuple[float, float] = (57.5, 172.5)
 
@@ -57,10 +58,11 @@ class Vehicle(Section, frozen=True):
     It is surfaced `before_m` before the channel's near edge, bow towards the goal.  The antenna
     hears while the vehicle's depth is less than `antenna_height_m`.  Its AIS receiver has been on for
     `receiver_on_s`: what the ships sent meanwhile, static data too, the autopilot has.  `model`: the
-    submarine in six and the boat in three degrees of freedom, or points with a lag (`speed_lag_s`).
+    submarine in six and the boat in three degrees of freedom, or points with a lag (`speed_lag_s`); a rover
+    is a differential drive, without current.
     """
 
-    profile: Literal["sub", "boat", "px4"] = "sub"
+    profile: Literal["sub", "boat", "rover", "px4"] = "sub"
     model: Literal["physics", "kinematic"] = "physics"
     armed: bool = True
     mode: str = ""

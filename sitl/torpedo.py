@@ -18,7 +18,7 @@ LENGTH_M = 2.0
 RADIUS_M = 0.15
 SCALE = LENGTH_M / 1.33
 GRAVITY_MPS2 = 9.80665
-FIN_LIMIT_RAD = 0.35
+FIN_LIMIT_RAD = 0.237  # 13.6 degrees, Prestero's table 2.2
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,7 +56,7 @@ def test_one_changed_weight_is_refused_by_its_digest(copy: Path) -> None:
         certificate.check(copy)
 
 
-@pytest.mark.parametrize("name", ["weight0", "weight1", "weight2", "bias1", "bias2"])
+@pytest.mark.parametrize("name", ["weight0", "weight1", "bias0", "bias1"])
 def test_one_changed_weight_is_refused_by_the_proof_even_under_a_fresh_seal(copy: Path, name: str) -> None:
     changed = with_weight(name, 5, -0.01)
     copy.write_bytes(changed)

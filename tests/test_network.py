@@ -15,9 +15,10 @@ from companion.errors import ModelError
 from companion.instant import after
 from companion.messages import FloatArray, Model, Tracks
 from companion.planning import model_file
+from companion.planning.far import far_m
 from companion.planning.field import ExactRepulsion, repulsion_strength
 from companion.planning.network import INPUT, OUTPUTS, NetworkRepulsion, open_session
-from companion.planning.rows import COLUMNS
+from companion.planning.rows import COLUMNS, ContactRows, as_circles
 from models import sampling, soundness
 
 CONFIG = config.from_mapping({"goal": {"latitude_deg": 54.0, "longitude_deg": 8.0}})
@@ -61,11 +62,11 @@ def test_the_network_never_claims_more_distance_than_there_is(low_m: float, high
     assert (distance <= true_distance).all()
 
 
-def test_at_five_to_ten_metres_the_distance_is_within_a_decimetre_nearly_always() -> None:
+def test_at_five_to_ten_metres_the_distance_is_within_a_decimetre() -> None:
     rows = some_rows(2, 8_000)
     under = sampling.exact(rows)[0] - NETWORK.run(rows)[0]
-    assert np.percentile(under, 50) < 0.01
-    assert np.percentile(under, 99) < 0.03
+    assert np.percentile(under, 50) < 0.02
+    assert under.max() < 0.1
 
 
 def test_the_soundness_run_finds_no_unsafe_point_and_would_find_one() -> None:
@@ -73,13 +74,23 @@ def test_the_soundness_run_finds_no_unsafe_point_and_would_find_one() -> None:
     assert soundness.run("paper15x16", 6_000, seed=5).unsafe > 0
 
 
-def test_over_the_whole_domain_direction_and_force_are_nearly_always_the_exact_ones() -> None:
-    rows = some_rows(11, 8_000)
+@pytest.mark.parametrize(("fastest_mps", "longest_s", "most"), [(12.0, 600.0, 0.06), (20.0, 1200.0, 0.15)])
+def test_over_the_whole_domain_direction_and_force_are_the_exact_ones(
+    fastest_mps: float, longest_s: float, most: float
+) -> None:
+    lengths = dict.fromkeys(("age_s", "until_age_s"), (0.0, longest_s))
+    rng = np.random.default_rng(11)
+    ships = sampling.ships(rng, 20_000, DOMAIN | lengths | {"speed_mps": (0.5, fastest_mps)})
+    rows = sampling.place(rng, ships, 5.0, 10.0)
     _, away, velocity = NETWORK.run(rows)
     true_distance, true_away = sampling.exact(rows)
     strength = repulsion_strength(true_distance, CONFIG.field.k_r, CONFIG.field.delta_m)
-    assert np.percentile(direction_error_deg(away, true_away), 99) <= 1.5
-    assert np.percentile(np.abs(np.hypot(*velocity.T) / strength - 1), 99) <= 0.06
+    turned = direction_error_deg(away, true_away)
+    relative = np.abs(np.hypot(*velocity.T) / strength - 1)
+    assert np.percentile(turned, 99) <= 0.1
+    assert turned.max() <= 3.0
+    assert np.percentile(relative, 99) <= most / 2
+    assert relative.max() <= most
 
 
 def test_for_the_papers_ships_direction_and_force_are_the_exact_fields() -> None:
@@ -109,8 +120,11 @@ def test_at_every_corner_of_the_domain_it_stays_below_the_truth(
     row = np.array([[DOMAIN[name][side] for name, side in zip(COLUMNS, corner, strict=True)]])
     row[0, :2] = length * math.cos(bearing), length * math.sin(bearing)
     row[0, COLUMNS.index("speed_noise_mps")] = min(row[0, 6], row[0, 3])
+    row[0, UNTIL] = max(row[0, UNTIL], row[0, COLUMNS.index("age_s")])
     if not heading_known:
         row[0, COLUMNS.index("heading_error_rad")] = math.pi
+        row[0, COLUMNS.index("position_error_m")] = min(row[0, COLUMNS.index("position_error_m")], 200.0)
+        as_circles(row)
     assert NETWORK.in_range(row).all()
     distance, away, _ = NETWORK.run(row)
     assert distance[0] <= sampling.exact(row)[0][0]
@@ -148,6 +162,46 @@ def test_rows_out_of_range_are_answered_by_the_exact_field_and_marked() -> None:
     np.testing.assert_array_equal(answer.nearest.distance_m[:4], exact.nearest.distance_m[:4])
     np.testing.assert_array_equal(answer.velocity[:4], exact.velocity[:4])
     assert (answer.nearest.distance_m[4:] <= exact.nearest.distance_m[4:]).all()
+
+
+def test_a_vehicle_where_a_direction_has_no_length_gets_no_false_claim() -> None:
+    """Antenna at a corner of the hull or of no hull at all, the vehicle on the antenna or on a corner."""
+    rows = np.zeros((8, len(COLUMNS)))
+    rows[:, COLUMNS.index("speed_mps")] = np.repeat([0.0, 5.0], 4)
+    rows[:, UNTIL] = 600.0
+    rows[[1, 2, 5, 6], COLUMNS.index("bow_m")] = 300.0
+    rows[[2, 6], COLUMNS.index("port_m")] = 40.0
+    rows[:, COLUMNS.index("position_error_m")] = 50.0
+    rows[[3, 7], 0] = rows[[3, 7], UNTIL] * rows[[3, 7], COLUMNS.index("speed_mps")]
+    assert NETWORK.in_range(rows).all()
+    distance, away, _ = NETWORK.run(rows)
+    assert (distance <= sampling.exact(rows)[0]).all()
+    np.testing.assert_allclose(np.hypot(*away.T), 1.0, atol=1e-6)
+
+
+def test_a_hull_of_unknown_heading_is_answered_as_its_circle() -> None:
+    rows = some_rows(12, 40)
+    tracks = sampling.tracks_of(rows)
+    tracks = replace(tracks, heading_error_rad=np.full(40, math.pi), position_error_m=np.full(40, 20.0))
+    answer = NetworkRepulsion.load("straight", CONFIG)(tracks, sampling.NOW, rows[:, UNTIL], np.zeros(2))
+    exact = ExactRepulsion(CONFIG.field)(tracks, sampling.NOW, rows[:, UNTIL], np.zeros(2))
+    assert answer.from_network.all()
+    under = exact.nearest.distance_m - answer.nearest.distance_m
+    asked = (exact.nearest.distance_m > 0) & (exact.nearest.distance_m < far_m(CONFIG.field))
+    assert asked.sum() > 10
+    assert (under >= 0).all()
+    assert under[asked].max() < 0.1
+
+
+def test_a_tube_that_ends_before_it_begins_is_out_of_range_as_a_row_and_at_its_age_as_a_track() -> None:
+    rows = some_rows(5, 2)
+    tracks = sampling.tracks_of(rows)
+    early = rows[:, COLUMNS.index("age_s")] - 1.0
+    filled = ContactRows().fill(tracks, sampling.NOW, early, np.zeros(2))
+    np.testing.assert_array_equal(filled[:, UNTIL], tracks.age_s(sampling.NOW))
+    rows[:, COLUMNS.index("age_s")] = 10.0
+    rows[:, UNTIL] = [9.0, 10.0]
+    assert NETWORK.in_range(rows).tolist() == [False, True]
 
 
 def test_a_ship_slower_than_its_noise_is_out_of_range() -> None:

@@ -89,6 +89,29 @@ def circle(rudder: float, speed: float) -> BodyState:
     return state
 
 
+def test_with_presteros_own_coefficients_the_vehicle_turns_his_published_circle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # lift of body and fins: his Y_uv -28.6, Y_ur 5.22, N_uv -24, N_ur -2, less the added mass's share in C
+    monkeypatch.setattr(torpedo, "Y_VV", 1310.0 * SCALE**2)
+    monkeypatch.setattr(torpedo, "Y_UV", 28.6 * SCALE**2)
+    monkeypatch.setattr(torpedo, "Y_UR", (5.22 + 0.93) * SCALE**3)
+    monkeypatch.setattr(torpedo, "N_UV", (35.5 - 0.93 - 24.0) * SCALE**3)
+    monkeypatch.setattr(torpedo, "N_UR", (2.0 + 1.93) * SCALE**4)
+    hull, state = Submarine(), under_way(1.54)
+    seen = []
+    for step in range(900):
+        state = hull.move(state, Actuators(3.86 * SCALE**2, rudder_rad=math.radians(4.0)), 0.05)
+        if step * 0.05 > 15.0 * SCALE:
+            seen.append((state.nu[5], state.nu[0], abs(state.nu[1])))
+    turn, surge, sway = np.mean(seen, axis=0)
+    # chapter 8, figures 8-1 to 8-3, 4 degrees of rudder: 9.0 deg/s, 1.38 to 1.40 m/s, 0.04 to 0.07 m/s;
+    # a similar body SCALE times as long turns SCALE times as slowly at the same speeds
+    assert math.degrees(turn) * SCALE == pytest.approx(9.0, abs=0.4)
+    assert surge == pytest.approx(1.39, abs=0.03)
+    assert sway == pytest.approx(0.055, abs=0.02)
+
+
 def test_a_gentle_turning_circle_is_the_one_of_linear_theory() -> None:
     state = circle(0.0002, 2.0)
     u = state.speed_mps

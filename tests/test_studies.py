@@ -34,7 +34,10 @@ COARSE = Crossing(dt_s=0.5)  # the tables have 0.1
 
 
 def outcomes(planner: str, trials: int = 10, case: Crossing = COARSE) -> list[Outcome]:
-    return run_part(case, SEED, Part(planner, 0, trials))
+    found = run_part(case, SEED, Part(planner, 0, trials))
+    if case.readings.obstacle == "hull" and case.readings.noise != "none":
+        assert all(o.to_set_m <= o.to_hull_m for o in found)  # a set holds its ship's hull
+    return found
 
 
 def with_readings(case: Crossing, **readings: str) -> Crossing:
@@ -116,6 +119,17 @@ def test_the_whole_line_through_encoded_bytes_keeps_its_distance_too() -> None:
     (found,) = outcomes("improved-exact", 1, case)
     assert found.arrived
     assert found.to_set_m >= 15.0
+
+
+@pytest.mark.parametrize("variant", list(ugv.VARIANTS))
+def test_the_bundled_rover_keeps_its_distance_through_encoded_bytes(variant: str) -> None:
+    for planner in ("exact", "network"):
+        (found,) = outcomes(planner, 1, ugv.case_of(variant, "sitl"))
+        assert found.arrived
+        assert found.to_set_m >= 0.51
+        assert (
+            found.to_hull_m >= 1.77
+        )  # force balance, 0.51 + (10 / 5)^(1/3); its sets are wider than the hulls
 
 
 # ---------------------------------------------------------------- the same code, the same numbers

@@ -30,15 +30,19 @@ class Ascent:
         tracks: Tracks,
         goal_m: FloatArray,
         crossing: int,
+        stuck: bool,
         reasons: list[Reason],
     ) -> bool:
-        """Whether new reports are needed and there is a place to get them; `crossing` counts the dives."""
+        """Whether new reports are needed and there is a place to get them.
+
+        `crossing` counts the dives; `stuck`: what is known shows no way.
+        """
         if self._config.vehicle.cruise_depth_m == 0:
             return False
         if self._crossing != crossing:
             self._crossing = crossing
             self._surfacing.begin(now)
-        self._rise_at = self._surfacing.look(now, own, tracks, goal_m, reasons)
+        self._rise_at = self._surfacing.look(now, own, tracks, goal_m, reasons, stuck=stuck)
         return self._rise_at is not None
 
     def aim(

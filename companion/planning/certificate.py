@@ -2,9 +2,9 @@
 
 What is proven, for every course noise w in the model's range and every grid direction b:
 
-    0 <= [cos b + N^(w)] - cos(max(|b| - w, 0)) <= eps
+    0 <= N^(w) - cos(max(|b| - w, 0)) <= eps
 
-N^ is the learned network, the other cosine the true support per metre of reach.  The set's support is
+N^ is the learned network, the cosine the true support per metre of reach.  The set's support is
 that times the reach A = until * (v + w_v) (or age * (v - w_v)), plus hull and position error, which
 the graph has in closed form; so over the whole stated domain the learned support is nowhere below
 the true one and nowhere more than A * eps above.  Each support value bounds the distance from below:
@@ -114,7 +114,7 @@ def enclose(content: bytes, certificate: Certificate) -> tuple[float, float]:
             value = np.tanh(value)
             slope = (1 - value * value) * slope
             bend = TANH_CURVATURE * steep * steep + bend
-    error = value + np.cos(angle) - np.cos(beyond)
+    error = value - np.cos(beyond)
     tilt = np.abs(slope - np.sin(beyond)) * half
     spread: FloatArray = tilt + (bend + 1.0) * half * half / 2 + ROUNDING
     return float((error - spread).min()), float((error + spread).max())

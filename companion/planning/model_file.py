@@ -16,7 +16,6 @@ from companion.planning.rows import COLUMNS
 
 METADATA_KEY = "companion"
 SCHEMA = 1
-UNKNOWN_HEADING_RAD = math.pi / 2  # a heading error above it counts as unknown, inside every range
 REMEDY = "train one with `companion train models/NAME.toml`, or set repulsion.kind = 'exact'"
 
 

@@ -2,7 +2,8 @@
 
 A contact outside the ranges the network was made for, one whose course bounds nothing any more
 (the disc model, or a tube that reaches beyond its validity), or one whose answer is not a number is
-answered by the exact field and marked in `Repulsion.from_network`.
+answered by the exact field and marked in `Repulsion.from_network`.  One so far away that its push is
+nothing beside the attraction is answered by a box around its set (`far.py`) and costs no inference.
 
 The session is deterministic: one thread, the CPU provider, nodes in sequence.
 """
@@ -17,11 +18,11 @@ from companion.config import Config
 from companion.errors import ModelError
 from companion.instant import Instant
 from companion.messages import BoolArray, FloatArray, Model, Nearest, Repulsion, Tracks
+from companion.planning.far import Boxes, far_m
 from companion.planning.field import ExactRepulsion
 from companion.planning.model_file import (
     METADATA_KEY,
     REMEDY,
-    UNKNOWN_HEADING_RAD,
     Metadata,
     check_agreement,
     decode_metadata,
@@ -30,7 +31,7 @@ from companion.planning.model_file import (
 from companion.planning.rows import COLUMNS, ContactRows
 from companion.reach.kernel import Kernel, nearest
 
-SPEED, SPEED_NOISE, HEADING_ERROR = map(COLUMNS.index, ("speed_mps", "speed_noise_mps", "heading_error_rad"))
+AGE, UNTIL, SPEED, SPEED_NOISE = map(COLUMNS.index, ("age_s", "until_age_s", "speed_mps", "speed_noise_mps"))
 INPUT = "contacts"
 OUTPUTS = ["distance_m", "away", "repulsion"]
 MOST_AT_ONCE = 1000  # rows whose intermediate numbers still fit the processor's cache
@@ -41,6 +42,7 @@ def open_session(content: bytes, origin: str) -> ort.InferenceSession:
     options = ort.SessionOptions()
     options.intra_op_num_threads = 1
     options.inter_op_num_threads = 1
+    options.enable_mem_reuse = False  # the numbers of a call fit the cache; looking for room costs more
     options.execution_mode = ort.ExecutionMode.ORT_SEQUENTIAL
     options.log_severity_level = 4
     try:
@@ -68,12 +70,20 @@ def infer(session: ort.InferenceSession, rows: FloatArray) -> tuple[FloatArray, 
 class NetworkRepulsion:
     """Repulsion from a network, its model checked against the configuration once, at start."""
 
-    def __init__(self, session: ort.InferenceSession, metadata: Metadata, digest: str, exact: ExactRepulsion):
+    def __init__(
+        self,
+        session: ort.InferenceSession,
+        metadata: Metadata,
+        digest: str,
+        exact: ExactRepulsion,
+        far_from_m: float,
+    ) -> None:
         self._session = session
         self.metadata = metadata
         self.digest = digest  # sha256 of the model file, hexadecimal
         self._exact = exact
-        self._rows = ContactRows()
+        self._rows = ContactRows(circles=metadata.kind == "support")
+        self._boxes, self._far_m = Boxes(), far_from_m
         self._low = np.array([i.low for i in metadata.inputs])
         self._high = np.array([i.high for i in metadata.inputs])
 
@@ -87,9 +97,8 @@ class NetworkRepulsion:
         if have != ([INPUT], OUTPUTS) or session.get_inputs()[0].shape[1:] != [len(COLUMNS)]:
             raise ModelError(f"repulsion.model = '{origin}': inputs or outputs are not ours; {REMEDY}")
         check_agreement(metadata, config, origin)
-        return cls(
-            session, metadata, hashlib.sha256(content).hexdigest(), ExactRepulsion(config.field, kernel)
-        )
+        digest = hashlib.sha256(content).hexdigest()
+        return cls(session, metadata, digest, ExactRepulsion(config.field, kernel), far_m(config.field))
 
     def __call__(
         self, tracks: Tracks, now: Instant, until_age_s: FloatArray | float, position_m: FloatArray
@@ -100,9 +109,12 @@ class NetworkRepulsion:
         learned = learned & (np.maximum(tracks.age_s(now), until_age_s) <= tracks.validity_s)
         if not learned.any():
             return self._exact(tracks, now, until_age_s, position_m)
-        distance, away, velocity = self.run(rows)
-        numbers = np.column_stack((distance, away, velocity))
-        learned = learned & np.isfinite(numbers).all(axis=1)
+        answer = self._exact.from_nearest(self._boxes.nearest(tracks, now, until_age_s, position_m))
+        distance, away, velocity = answer.nearest.distance_m, answer.nearest.away, answer.velocity
+        near = np.flatnonzero(learned & (distance < self._far_m))
+        distance[near], away[near], velocity[near] = self.run(rows[near])
+        numbers = distance[near] + away[near].sum(axis=1) + velocity[near].sum(axis=1)
+        learned[near[~np.isfinite(numbers)]] = False
         if not learned.all():
             exact = self._exact(tracks, now, until_age_s, position_m)
             distance = np.where(learned, distance, exact.nearest.distance_m)
@@ -113,14 +125,13 @@ class NetworkRepulsion:
     def in_range(self, rows: FloatArray) -> BoolArray:
         """(n,) whether a row lies in the ranges the network was made for.
 
-        Beyond the ranges of its metadata, two conditions: a heading error above
-        `UNKNOWN_HEADING_RAD` is inside (the hull is its circle then), and a ship slower than its
-        speed noise is outside (it may drift astern).
+        Beyond the ranges of its metadata, two conditions: a ship slower than its speed noise is outside
+        (it may drift astern), and so is a tube that ends before it begins.
         """
         inside = (rows >= self._low) & (rows <= self._high)
-        inside[:, HEADING_ERROR] |= rows[:, HEADING_ERROR] > UNKNOWN_HEADING_RAD
-        rowwise: BoolArray = inside.all(axis=1) & (rows[:, SPEED] >= rows[:, SPEED_NOISE])
-        return rowwise
+        inside[:, SPEED] &= rows[:, SPEED] >= rows[:, SPEED_NOISE]
+        inside[:, UNTIL] &= rows[:, UNTIL] >= rows[:, AGE]
+        return np.asarray(inside.all(axis=1))
 
     def run(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The network itself: rows (n, 15) to distance (n,), away (n, 2), repulsion (n, 2)."""

@@ -4,6 +4,8 @@ The order of `COLUMNS` is part of the models' format.  Positions are the vehicle
 reported antenna position, in the local north-east frame.
 """
 
+import math
+
 import numpy as np
 
 from companion.instant import Instant
@@ -27,11 +29,21 @@ COLUMNS = (
     "position_error_m",
 )
 
+HEADING, HEADING_ERROR, POSITION_ERROR = map(
+    COLUMNS.index, ("heading_rad", "heading_error_rad", "position_error_m")
+)
+BOW, STERN, PORT, STARBOARD = map(COLUMNS.index, ("bow_m", "stern_m", "port_m", "starboard_m"))
+UNKNOWN_HEADING_RAD = math.pi / 2  # a heading error above it counts as unknown
+
 
 class ContactRows:
-    """Fills the rows; what only a new report changes is kept while the tracks are the same object."""
+    """Fills the rows; what only a new report changes is kept while the tracks are the same object.
 
-    def __init__(self) -> None:
+    `circles`: hulls of unknown heading are given as their circles, see `as_circles`.
+    """
+
+    def __init__(self, *, circles: bool = False) -> None:
+        self._circles = circles
         self._tracks: Tracks | None = None
         self._rows = np.zeros((0, len(COLUMNS)))
 
@@ -48,7 +60,7 @@ class ContactRows:
         rows[:, 0] = position_m[..., 0] - tracks.north_m
         rows[:, 1] = position_m[..., 1] - tracks.east_m
         rows[:, 4] = tracks.age_s(now)
-        rows[:, 5] = until_age_s
+        np.maximum(rows[:, 4], until_age_s, out=rows[:, 5])
         return rows
 
     def _keep(self, tracks: Tracks) -> None:
@@ -69,3 +81,17 @@ class ContactRows:
                 tracks.position_error_m,
             )
         )
+        if self._circles:
+            as_circles(self._rows)
+
+
+def as_circles(rows: FloatArray) -> None:
+    """Change, in place, rows of unknown heading: the hull's circle around the antenna as position error.
+
+    The same set: a hull that may lie any way is the disc to its farthest corner, and discs add up.
+    """
+    of = rows[:, HEADING_ERROR] > UNKNOWN_HEADING_RAD
+    length, width = (np.maximum(rows[of, a], rows[of, b]) for a, b in ((BOW, STERN), (PORT, STARBOARD)))
+    rows[of, POSITION_ERROR] += np.hypot(length, width)
+    for gone in (HEADING, HEADING_ERROR, BOW, STERN, PORT, STARBOARD):
+        rows[of, gone] = 0.0

@@ -42,14 +42,24 @@ class Surfacing:
         self._looked_at = self._found = self._due = None
 
     def look(
-        self, now: Instant, own: OwnState, tracks: Tracks, goal_m: FloatArray, reasons: list[Reason]
+        self,
+        now: Instant,
+        own: OwnState,
+        tracks: Tracks,
+        goal_m: FloatArray,
+        reasons: list[Reason],
+        *,
+        stuck: bool = False,
     ) -> FloatArray | None:
-        """Where (2,) to surface now; None while that is not needed or not possible."""
+        """Where (2,) to surface now; None while that is not needed or not possible.
+
+        `stuck`: what is known shows no way; then new reports are needed at once.
+        """
         if self._progress_at is None or self._dived_at is None:
             self.begin(now)
         if self._looked_at is None or elapsed_s(self._looked_at, now) >= LOOK_EVERY_S:
             self._looked_at = now
-            self._due = self._why(now, own, tracks, goal_m)
+            self._due = self._why(now, own, tracks, goal_m, stuck)
             self._found = None if self._due is None else self._where(now, own, tracks, goal_m)
         if self._due is None:
             return None
@@ -70,7 +80,9 @@ class Surfacing:
             self._room(now, own, tracks, own.position_m[None], np.zeros(1)).min() > 0
         )
 
-    def _why(self, now: Instant, own: OwnState, tracks: Tracks, goal_m: FloatArray) -> Reason | None:
+    def _why(
+        self, now: Instant, own: OwnState, tracks: Tracks, goal_m: FloatArray, stuck: bool
+    ) -> Reason | None:
         rule, vehicle = self._config.surfacing, self._config.vehicle
         assert self._progress_at is not None
         assert self._dived_at is not None
@@ -93,8 +105,9 @@ class Surfacing:
             text = f"reports are valid for {max(left_s, 0):.0f} s more, the goal is {goal_s:.0f} s away"
             return Reason("plan.information_ends", text)
         stuck_s = elapsed_s(self._progress_at, now)
-        if stuck_s > rule.patience_s:
-            return Reason("plan.does_not_fit", f"no way forward for {stuck_s:.0f} s: new reports are needed")
+        if stuck or stuck_s > rule.patience_s:
+            how = "no safe way" if stuck else f"no way forward for {stuck_s:.0f} s"
+            return Reason("plan.does_not_fit", f"{how}: new reports are needed")
         centre = np.column_stack((tracks.north_m, tracks.east_m)) + slices.drift_mps * age[:, None]
         near = heard & (np.hypot(*(centre - own.position_m).T) < NEARBY_M)
         size_m = float((slices.spread_mps * age)[near].max(initial=0.0))

@@ -83,7 +83,7 @@ class Slices:
 
     def grown_m(self, rows: IntArray, age_s: FloatArray) -> FloatArray:
         """What is added on all sides beyond the validity; 0 before."""
-        beyond = age_s - self.tracks.validity_s[rows]
+        beyond = np.maximum(age_s - self.tracks.validity_s[rows], 0.0)
         late = self.tracks.top_speed_mps[rows] * beyond + self.turned_m[rows]
         return np.where(beyond > 0, late, 0.0)
 

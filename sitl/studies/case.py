@@ -71,6 +71,7 @@ class Crossing(Section, frozen=True):
     same_way: bool = False  # both lanes sail north
     singular_gap_m: Positive = SINGULAR_GAP_M  # the exact field saturates this far outside delta
     model: str = "straight"  # the network
+    scenario: str = "uuv_crossing"  # the bundled one that is sailed through bytes
     delta_m: Positive = 5.0
     horizon_s: Positive = 600.0
     k_p: Positive = 5.0

@@ -5,7 +5,7 @@ computed only for ships with which less than the least so far can hide.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from companion import reach
 from companion.instant import Instant
 from companion.messages import FloatArray, IntArray, Tracks
 from companion.reach.shapes import only
+from companion.reach.slices import Slices
 from sitl.closest import to_hulls
 from sitl.studies.ships import Ships
 
@@ -38,15 +39,14 @@ class Least:
 
 def to_the_sets(paths: Paths, ships: Ships, closing_mps: float = CLOSING_MPS) -> Least:
     """Least distance to any ship's reachable set of that moment."""
+    slices = Slices.of(ships.reported)
 
     def at_step(step: int, place_m: FloatArray) -> FloatArray:
         return reach.at(ships.reported, Instant(int(paths.t_ns[step]))).nearest(place_m).distance_m
 
     def at_pairs(steps: IntArray, rows: IntArray, place_m: FloatArray) -> FloatArray:
-        # one table of all moments: a report that is older by that much
-        table = only(ships.reported, rows)
-        older = replace(table, measured_at_ns=table.measured_at_ns - paths.t_ns[steps])
-        return reach.at(older, Instant(0)).nearest(place_m).distance_m
+        age_s = np.asarray((paths.t_ns[steps] - ships.reported.measured_at_ns[rows]) * 1e-9)
+        return slices.distances(rows, age_s, age_s, place_m[:, 0], place_m[:, 1])[0]
 
     return _least(paths, ships.per_trial, at_step, at_pairs, closing_mps)
 

@@ -13,7 +13,7 @@ UUV = """\
 
 UGV = """\
     The paper's ground-vehicle case in both variants, by its own network (models/paper4x16), and what the gain
-    K_r does.  Exit status 1 when a planner that claims safety came within delta.
+    K_r does (in process).  Exit status 1 when a planner that claims safety came within delta.
 """
 
 AGE = """\
@@ -77,7 +77,12 @@ def add_age(p: argparse.ArgumentParser) -> None:
 def add_ugv(p: argparse.ArgumentParser) -> None:
     """`companion study ugv`."""
     add_campaign(p, "ugv", trials=200)
-    p.add_argument("--vehicle", choices=("integrator", "lag"), default="integrator", help="(%(default)s)")
+    p.add_argument(
+        "--vehicle",
+        choices=("integrator", "lag", "sitl"),
+        default="integrator",
+        help="sitl: the bundled rover through its MAVLink link (%(default)s)",
+    )
 
 
 def _count(text: str) -> int:

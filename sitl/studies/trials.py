@@ -15,7 +15,7 @@ from sitl.studies.ships import draw
 from sitl.studies.through_sitl import sail
 from sitl.studies.wish import Planner
 
-CHUNK = 100  # trials computed together, whatever the number of jobs: the same numbers for any
+CHUNK = 250  # trials computed together, whatever the number of jobs: the same numbers for any
 
 
 class Part(Struct, frozen=True):

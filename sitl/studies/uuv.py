@@ -60,7 +60,8 @@ def run(options: argparse.Namespace) -> int:
             )
     command = "companion " + " ".join(options.said)
     known = {**identity, "planners": names, "trials": options.trials}
-    write(options.out, TITLE, command, known, [*rows, *PAPER], (PLANNER_NOTE, DISTANCE_NOTE, *failures))
+    said = (PLANNER_NOTE, DISTANCE_NOTE, *paired(outcomes), *failures)
+    write(options.out, TITLE, command, known, [*rows, *PAPER], said)
     figures.distances(options.out / "distances.png", case, outcomes)
     figures.snapshots(options.out / "snapshots.png", case, options.seed, outcomes, options.kernel)
     show(console, TITLE, [*rows, *PAPER])
@@ -81,6 +82,20 @@ DISTANCE_NOTE = """\
 Distances are horizontal, to the ships' reachable sets of the same moment and to the true hulls, negative
 inside; a hull overlap is horizontal too, with the vertical clearance beside it.  Times run from the
 scenario's start; the reports come at 190 s."""
+
+
+def paired(outcomes: Sequence[Outcome]) -> list[str]:
+    """By how much the network changes a trial's least distance, where the exact planner sailed it too."""
+    said: list[str] = []
+    for learned, exact in (("network", "exact"), ("improved", "improved-exact")):
+        least = [{o.trial: o.to_set_m for o in outcomes if o.planner == name} for name in (learned, exact)]
+        if all(least):
+            most_m = max(abs(least[0][trial] - least[1][trial]) for trial in least[0])
+            said.append(
+                f"Trial by trial the least distance of {PLANNERS[learned].title} is within {most_m:.3f} m "
+                f"of that of {PLANNERS[exact].title}."
+            )
+    return said
 
 
 def case_of(options: argparse.Namespace) -> Crossing:
