@@ -12,6 +12,8 @@ from companion.instant import Instant, instant
 from companion.messages import OwnState, Tracks
 from companion.planning.creep import CREEP_MPS
 from companion.planning.guard import Guard, Velocity, Verdict
+from companion.planning.guard.search import Search
+from companion.planning.guard.way_out import WayOut
 from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0, config, heartbeat, own, tracks
 
@@ -234,6 +236,18 @@ def test_a_sea_that_empties_needs_no_way_out() -> None:
     verdict = flight.fly(Tracks.empty(), AHEAD, 0.2)
     assert verdict.way_out
     assert verdict.velocity_ned_mps == AHEAD
+
+
+def test_blown_off_its_way_out_it_keeps_to_it_where_none_begins_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    flight = Flight()
+    flight.fly(moored(), AHEAD, 20.0)
+    flight.fly(moored(), None, 1.0)
+    before = flight.guard._way_out
+    flight.state = replace(flight.state, east_m=flight.state.east_m + 3.9)
+    monkeypatch.setattr(Search, "is_clear", lambda *_: False)
+    monkeypatch.setattr(WayOut, "deviation_m", lambda *_: 50.0)
+    flight.fly(moored(), None, 0.2)
+    assert flight.guard._way_out is before
 
 
 @pytest.mark.parametrize("aside_m", [10.0, 40.0])

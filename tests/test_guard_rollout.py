@@ -6,6 +6,7 @@ import pytest
 from companion.config import Vehicle
 from companion.messages import OwnState
 from companion.planning.guard.rollout import Motion, Runner, held, motion_of
+from companion.planning.guard.search import Beginning, _first_s
 from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0
 
@@ -72,3 +73,23 @@ def test_the_shortest_way_out_still_has_the_time_to_turn_round() -> None:
     short = Runner(VEHICLE, 10.0)
     assert short.t_s[-1] >= math.pi / VEHICLE.max_turn_rate_radps
     assert (np.diff(short.t_s) > 0).all()
+
+
+def test_a_value_is_first_reached_between_the_times_at_the_first_or_never() -> None:
+    t = np.array((0.0, 1.0, 3.0))
+    assert _first_s(t, np.array((0.0, 2.0, 4.0)), 3.0) == pytest.approx(2.0)
+    assert _first_s(t, np.array((5.0, 2.0, 4.0)), 3.0) == 0.0
+    assert _first_s(t, np.array((0.0, 2.0, 2.5)), 3.0) == 3.0
+
+
+def test_waiting_comes_to_rest_where_the_lag_carries_and_then_stays() -> None:
+    empty = np.zeros(0)
+    first = Beginning(empty, empty, empty, 0.6, Motion(10.0, 5.0, 0.0, 2.0, 0.0, 0.5))
+    waited = first.waiting(30.0, 2.0)
+    assert first.waiting(0.0, 2.0) is first
+    assert waited.end_s == pytest.approx(30.6)
+    assert (waited.end.north_m, waited.end.east_m) == pytest.approx((14.0, 6.0), abs=1e-5)
+    assert waited.end.forward_mps == pytest.approx(0.0, abs=1e-5)
+    assert waited.t_s[0] == pytest.approx(0.6)
+    assert np.all(np.diff(waited.t_s) > 0)
+    assert np.interp(2.6, waited.t_s, waited.north_m) == pytest.approx(10 + 4 * (1 - math.exp(-1)), abs=0.05)

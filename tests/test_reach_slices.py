@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,16 +13,29 @@ RNG = np.random.default_rng(5)
 
 
 def ships(seed: int, n: int = 60) -> Tracks:
-    """Straight ships and discs, some of them past their validity at the ages asked for."""
+    """Straight ships, discs and learned sets, some past their validity at the ages asked for."""
     rng = np.random.default_rng(seed)
-    return random_ships(
+    kinds = (Model.STRAIGHT, Model.DISC, Model.KITE, Model.BOX)
+    spread = np.cumsum(rng.uniform(0, 60, (n, 4, 3)), axis=1)
+    ships = random_ships(
         rng,
         n,
-        model=np.where(rng.random(n) < 0.7, Model.STRAIGHT, Model.DISC).astype(np.int64),
-        validity_s=rng.choice((100.0, 400.0, 1e4), n),
+        model=rng.choice(kinds, n, p=(0.5, 0.2, 0.15, 0.15)).astype(np.int64),
+        validity_s=rng.choice((100.0, 400.0, 600.0), n),
         disc_speed_mps=rng.uniform(0, 16, n),
         measured_at_ns=np.zeros(n, dtype=np.int64),
     )
+    return replace(ships, spread_m=spread)
+
+
+def test_a_number_that_is_not_finite_is_refused() -> None:
+    tracks = ships(6)
+    tracks = replace(tracks, model=np.zeros_like(tracks.model))
+    for column in ("north_m", "sog_mps", "top_speed_mps", "bow_m"):
+        values = getattr(tracks, column).copy()
+        values[3] = np.nan
+        with pytest.raises(ValueError, match="finite"):
+            Slices.of(replace(tracks, **{column: values}))
 
 
 @pytest.mark.parametrize("kernel", ["numpy", "numba"])
@@ -58,7 +73,8 @@ def test_along_a_straight_run_the_distance_is_nowhere_below_its_tangent(age_s: f
     velocity = RNG.normal(0, 2, (len(rows), 2))
     before = slices.distances(rows, ages, ages, start[:, 0], start[:, 1])
     slope = before[1] * velocity[:, 0] + before[2] * velocity[:, 1]
-    slope = slope - slices.advance_mps(rows, ages, before[1], before[2])
+    advance = slices.advance_mps(rows, ages, before[1], before[2])
+    slope = slope - (advance if later_s > 0 else slices.retreat_mps(rows, ages, advance))
     then, there = ages + later_s, start + later_s * velocity
     after = slices.distances(rows, then, then, there[:, 0], there[:, 1])
     same = (ages > tracks.validity_s) == (then > tracks.validity_s)
@@ -100,6 +116,7 @@ def test_a_turning_ship_counts_as_its_tube_over_the_round_seconds_around() -> No
         found = slices.distances(rows, ages, ages, points[:, 0], points[:, 1])
         assert (found[0] <= now + 1e-6).all()
         # and what moves meanwhile is bounded by the ship's greatest speed
-        for later in (-2.0, 2.0):
+        advance = slices.advance_mps(rows, ages, found[1], found[2])
+        for later, slope in ((-2.0, -slices.retreat_mps(rows, ages, advance)), (2.0, advance)):
             then = reach.at(tracks, instant(age + later)).nearest(points).distance_m
-            assert (then >= found[0] - 2.0 * slices.advance_mps(rows, ages, found[1], found[2]) - 1e-6).all()
+            assert (then >= found[0] - 2.0 * slope - 1e-6).all()

@@ -10,7 +10,7 @@ For STRAIGHT and DISC the set at age t is  o0 + t K + H  with convex K and H.  T
 
 is convex in position and time together, and along a straight run at velocity v it is nowhere below
 its tangent, whose slope is  n . v - h_K(n):  exact between instants, without a Lipschitz constant.
-For TURNING, KITE and BOX the same bound holds with the greatest speed of the set's edge.
+For TURNING, KITE and BOX a bound with the greatest speed of the set's edge takes its place.
 """
 
 from dataclasses import dataclass
@@ -124,6 +124,16 @@ class Slices:
         within = np.where(tracks.model[rows] == Model.STRAIGHT, along, self.spread_mps[rows])
         return np.where(age_s > tracks.validity_s[rows], tracks.top_speed_mps[rows], within)
 
+    def retreat_mps(self, rows: IntArray, age_s: FloatArray, advance_mps: FloatArray) -> FloatArray:
+        """(m,) how much nearer per second the edge surely was not, going back in time.
+
+        The tangent holds both ways for STRAIGHT, DISC and what has expired: there it is the advance itself.
+        Of the others only the greatest speed is known, and they may have come from either side.
+        """
+        tracks = self.tracks
+        tangent = (tracks.model[rows] <= Model.DISC) | (age_s > tracks.validity_s[rows])
+        return np.where(tangent, advance_mps, -advance_mps)
+
     def _straight(
         self, rows: IntArray, age: FloatArray, until: FloatArray, north: FloatArray, east: FloatArray
     ) -> Distances:
@@ -154,8 +164,9 @@ class Slices:
     ) -> Distances:
         """Tubes between round ages, which contain those asked for; each is computed once."""
         turning, places = _turning(Same(self.tracks), self.kernel)
-        begin = SLAB_S * np.floor(age / SLAB_S)
-        end = np.maximum(SLAB_S * np.ceil(until / SLAB_S), begin + SLAB_S)
+        # `sets.at` rounds to whole seconds: a second more to either side holds that too
+        begin = SLAB_S * np.floor(np.maximum(age - 1.0, 0.0) / SLAB_S)
+        end = np.maximum(SLAB_S * np.ceil((until + 1.0) / SLAB_S), begin + SLAB_S)
         asked, which = np.unique(np.stack((places[rows], begin, end)), axis=1, return_inverse=True)
         out = np.empty((3, len(rows)))
         for k in range(asked.shape[1]):

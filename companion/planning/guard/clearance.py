@@ -162,7 +162,7 @@ class Clearance:
         behind = away_north * (paths.north_m[path, earlier] - north)
         behind += away_east * (paths.east_m[path, earlier] - east)
         forward = 0.5 * ahead - advance * after_s
-        backward = 0.5 * behind + advance * before_s
+        backward = 0.5 * behind + slices.retreat_mps(ship, age, advance) * before_s
         tangent = distance + np.minimum(np.minimum(forward, backward), 0.0)
         half = np.maximum(before_s, after_s)
         validity = tracks.validity_s[ship]
