@@ -26,7 +26,7 @@ from models.evaluate import degrees_between
 from models.layers import Layers
 from tests.ships import plane, swing
 
-GOAL = {"goal": {"latitude_deg": 54.0, "longitude_deg": 8.0}}
+GOAL: dict[str, object] = {"goal": {"latitude_deg": 54.0, "longitude_deg": 8.0}}
 CONFIG = config.from_mapping(GOAL)
 CONTENT = read_bytes("turning")[1]
 NETWORK = Network.load("turning", CONFIG, TURNING_KEY)
