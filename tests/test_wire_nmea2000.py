@@ -187,7 +187,9 @@ def assert_position_equals(ours: ContactReport, pgn: int, fields: dict[str, Any]
     assert near(ours.heading_rad, fields["heading"])
     assert ours.accurate == (fields["positionAccuracy"] == 1 and fields["timeStamp"] <= 60)
     if pgn == 129038:
-        assert near(ours.turn_rate_radps, fields["rateOfTurn"])
+        turn = fields["rateOfTurn"]  # 126.6 and 127.5 degrees a minute: AIS's words for "no sensor"
+        told = turn is None or not 126 < abs(math.degrees(turn)) * 60 < 128
+        assert near(ours.turn_rate_radps, turn if told else None)
         status = fields["navStatus"]
         assert ours.navigational_status == (None if status == 15 else status)
 
@@ -387,6 +389,8 @@ def test_a_message_that_ends_before_its_fields_is_dropped_and_counted() -> None:
         ({"turn": 0x7FFF}, "turn_rate_radps"),
         ({"turn": 0x7FFE}, "turn_rate_radps"),
         ({"turn": -0x8000}, "turn_rate_radps"),
+        ({"turn": 1187}, "turn_rate_radps"),  # 127 of AIS, "no sensor", as degrees a minute
+        ({"turn": -1178}, "turn_rate_radps"),
         ({"status": 15}, "navigational_status"),
         ({"lat": 0x7FFFFFFF}, "latitude_deg"),
         ({"lon": 0x7FFFFFFF}, "latitude_deg"),

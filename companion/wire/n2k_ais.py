@@ -32,6 +32,8 @@ _I32_RESERVED = 0x7FFFFFFD
 _FULL_TURN = 62832  # 360 degrees in 1e-4 rad: "not available" in AIS
 _SOG_LIMIT = 5260  # in 0.01 m/s: 1022 of AIS ("102.2 knots or more") is 5258, 1023 ("none") 5263
 _TURN_LIMIT = 6702  # 720 degrees a minute in 3.125e-5 rad/s; AIS ends at 708
+# AIS's "turning, but no sensor of turn" (+-127) and "none" (-128), passed through as degrees a minute
+_NO_SENSOR = range(1170, 1200)
 _DRAUGHT_AT = 51  # of 129794, 0.01 m
 _NOT_MEASURED = 60  # time stamps from here on: none, manual, dead reckoning, inoperative
 
@@ -141,6 +143,10 @@ def _static(
     )
 
 
+def _turn_rate(raw: int) -> float | None:
+    return raw * 3.125e-5 if abs(raw) < _TURN_LIMIT and abs(raw) not in _NO_SENSOR else None
+
+
 def _class_a(p: bytes, t: Instant, utc: UtcClock, counts: Counter[str]) -> ContactReport:
     turn = _I16.unpack_from(p, 23)[0]
     status = p[25] & 0x0F
@@ -151,7 +157,7 @@ def _class_a(p: bytes, t: Instant, utc: UtcClock, counts: Counter[str]) -> Conta
         utc,
         counts,
         heading_rad=_angle(_U16.unpack_from(p, 21)[0]),
-        turn_rate_radps=turn * 3.125e-5 if abs(turn) < _TURN_LIMIT else None,
+        turn_rate_radps=_turn_rate(turn),
         navigational_status=None if status == ais_rules.NAVIGATIONAL_STATUS_UNKNOWN else status,
     )
 

@@ -121,6 +121,7 @@ class Crossing(Section, frozen=True):
                 "attraction": r.attraction,
             },
             "planner": planner,
+            "repulsion": {"turning_model": ""},  # these ships keep their course
             "timing": {"rate_hz": 1.0 / self.dt_s, "setpoint_validity_s": max(0.5, 2 * self.dt_s)},
         }
         return from_mapping(tables, "study")

@@ -74,7 +74,7 @@ def sail(case: Crossing, seed: int, trial: int, planner: str) -> Run:
     scenario = scenario_of(case)
     sea = scenario_sea(scenario, seed=seed * 1_000_003 + trial)
     field = {"attraction": case.readings.attraction, "delta_m": case.delta_m, "horizon_s": case.horizon_s}
-    repulsion = {**OVER[planner]["repulsion"], "model": case.model}
+    repulsion = {**OVER[planner]["repulsion"], "model": case.model, "turning_model": ""}
     over = {**OVER[planner], "repulsion": repulsion, "field": {**field, "k_p": case.k_p, "k_r": case.k_r}}
     config = from_mapping(scenario.companion_tables(sea.goal_deg, over), "study")
     companion = build(config)
