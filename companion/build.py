@@ -13,22 +13,23 @@ from companion.wire.mavlink import MavlinkEncoder
 
 @dataclass(frozen=True, slots=True)
 class Companion:
-    """A core ready to step, its encoder, and the digest of the model inside ("" without one)."""
+    """A core ready to step, its encoder, and the digests of the models inside ("" without one)."""
 
     core: Core
     encoder: MavlinkEncoder
     model_digest: str
+    turning_digest: str
 
 
 def build(config: Config) -> Companion:
     """Load the model and put the parts together; raises `ModelError` when they disagree."""
     kernel = choose_kernel(config.reach.kernel)
     repulsion: RepulsionField
-    digest = ""
+    digest = turning = ""
     if config.repulsion.kind == "network":
         network = NetworkRepulsion.load(config.repulsion.model, config, kernel)
-        repulsion, digest = network, network.digest
+        repulsion, digest, turning = network, network.digest, network.turning_digest
     else:
         repulsion = ExactRepulsion(config.field, kernel)
     encoder = MavlinkEncoder(system_id=config.autopilot.system_id, component_id=config.autopilot.component_id)
-    return Companion(Core(config, repulsion, kernel), encoder, digest)
+    return Companion(Core(config, repulsion, kernel), encoder, digest, turning)

@@ -86,7 +86,11 @@ class Contacts(Section, frozen=True):
     ships under way in open water, the paper's case sets its own.  `position_error_m` applies to
     reports flagged accurate, `coarse_position_error_m` to the others.  The noise bounds are believed for
     `validity_s` after a report; from then on the ship may do anything up to `top_speed_mps`.  Below
-    `slow_below_mps` a course means nothing: such a ship may go any way at that speed.
+    `slow_below_mps` a course means nothing: such a ship may go any way at that speed, but no farther than
+    `anchored_m` or `moored_m` while it says that it is at anchor, or moored or aground.
+
+    A ship whose sensor of turn reports at least `turning_above_radps` (0: none) is taken to turn at that
+    rate, within `turn_rate_error_radps`, or to end its turn at any moment.
 
     `bounds_file`, written by `companion calibrate` (a file, or a name in models/), replaces the noise bounds
     of ships under way by how far recorded ships strayed, such that a share `bounds_level` of them stayed
@@ -104,6 +108,10 @@ class Contacts(Section, frozen=True):
     default_class_b_beam_m: Positive = 8.0
     top_speed_mps: Positive = 16.0
     slow_below_mps: NonNegative = 0.5
+    anchored_m: NonNegative = 300.0
+    moored_m: NonNegative = 30.0
+    turning_above_radps: NonNegative = 0.003
+    turn_rate_error_radps: NonNegative = 0.001
     validity_s: Positive = 600.0
     own_mmsi: Annotated[int, Meta(ge=0, le=999_999_999)] = 0
     bounds_file: str = ""
@@ -141,10 +149,15 @@ class Planner(Section, frozen=True):
 
 
 class RepulsionChoice(Section, frozen=True):
-    """Who computes the repulsion: the network or the exact sets.  `model`: a file, or a name in models/."""
+    """Who computes the repulsion: the network or the exact sets.
+
+    `model`: a file, or a name in models/; `turning_model` the same for ships that turn, or "" for the exact
+    sets there.
+    """
 
     kind: Literal["network", "exact"] = "network"
     model: str = "straight"
+    turning_model: str = "turning"
 
 
 class Guard(Section, frozen=True):

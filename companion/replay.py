@@ -14,6 +14,7 @@ from companion.instant import Instant
 from companion.loop import Encoder, Stepper, Tick
 from companion.messages import Decision
 from companion.record import EXACT, DecisionRecorder, Log, Step, Tolerance, encode, first_difference
+from companion.record.session import differences, session
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +55,9 @@ def replay(path: Path, tolerance: Tolerance = EXACT) -> Replayed:
     be built here.
     """
     log = Log(path)
-    companion = build.build(config.from_mapping(log.session.config, str(log.path)))
-    notes: tuple[str, ...] = ()
-    recorded_model = log.session.model_sha256 or ""
-    if recorded_model != companion.model_digest:
-        notes = (f"the model differs: recorded {recorded_model[:12]}, here {companion.model_digest[:12]}",)
+    configured = config.from_mapping(log.session.config, str(log.path))
+    companion = build.build(configured)
+    notes = differences(log.session, session(configured, companion.model_digest, companion.turning_digest))
     return compare(log, companion.core, companion.encoder, tolerance, notes)
 
 

@@ -1,42 +1,58 @@
 """Make the certificate of a support model: `companion certify MODEL`.
 
 The learned weights are read back from the ONNX file itself and enclosed by interval arithmetic with
-branch and bound (`models.bounds`); `companion.planning.certificate` proves it again another way.
+branch and bound (`models.bounds`, `models.turning_bounds`); `companion.planning.certificate` proves it
+again another way.
 """
 
 import hashlib
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from companion.errors import ModelError
 from companion.planning import certificate
 from companion.planning.certificate import Certificate
-from companion.planning.model_file import METADATA_KEY, Metadata, decode_metadata, read_bytes
+from companion.planning.model_file import METADATA_KEY, TURNING, Metadata, decode_metadata, read_bytes
 from companion.planning.onnx_weights import float_constants, metadata_text
+from companion.planning.turning_proof import learned_mean_cosine
+from models import turning_bounds
 from models.bounds import enclose
 from models.layers import Layers, mirrored
 
 CELL_WIDTH = 1e-7
 SLACK = 1e-7  # the checker's method is a little looser than ours
+TURNING_CELL_WIDTH = 1e-7
+TURNING_SLACK = 1e-7
+ROUNDING = (
+    "weights are float32; supports are raised and distances lowered by the margins of the model's "
+    "TOML file, which exceed the float32 errors measured through onnxruntime"
+)
 
 
 def run(path: Path) -> Certificate:
     """Enclose, write NAME.certificate.json beside the model, and check it; raises `ModelError`."""
     origin, content = read_bytes(path)
     metadata = decode_metadata(metadata_text(content, METADATA_KEY), origin)
-    if metadata.kind != "support":
+    if metadata.kind == "support":
+        made = _support(content, metadata, origin)
+    elif metadata.kind == TURNING:
+        made = _turning(content, metadata, origin)
+    else:
         raise ModelError(f"'{origin}' is a {metadata.kind} network: only a support network can be certified")
+    target = Path(path).with_suffix(certificate.SUFFIX)
+    target.write_bytes(msgspec.json.format(msgspec.json.encode(made.sealed()), indent=2) + b"\n")
+    return certificate.check(path)
+
+
+def _support(content: bytes, metadata: Metadata, origin: str) -> Certificate:
     layers, grid = learned_layers(content)
     widest = metadata.range_of("course_noise_rad").high
     proven = enclose(layers, grid, widest, CELL_WIDTH)
-    if proven.low.min() < 0:
-        raise ModelError(
-            f"'{origin}' cannot be certified: its learned support falls {-proven.low.min():.3g} per metre of "
-            "reach below the true one; train it again"
-        )
+    _refuse_below(proven.low.min(), "support", origin)
     eps = float(proven.high.max()) + SLACK
-    made = Certificate(
+    return Certificate(
         schema=certificate.SCHEMA,
         model=metadata.name,
         model_sha256=hashlib.sha256(content).hexdigest(),
@@ -54,16 +70,45 @@ def run(path: Path) -> Certificate:
         course_noise_max_rad=widest,
         eps_per_metre_of_reach=eps,
         eps_m=stated_eps(eps, metadata),
-        rounding=(
-            "weights are float32; supports are raised and distances lowered by the margins of the model's "
-            "TOML file, which exceed the float32 errors measured through onnxruntime"
-        ),
+        rounding=ROUNDING,
         method="interval arithmetic of slopes, mean-value form, branch and bound over the course noise",
         cells=proven.cells,
-    ).sealed()
-    target = Path(path).with_suffix(certificate.SUFFIX)
-    target.write_bytes(msgspec.json.format(msgspec.json.encode(made), indent=2) + b"\n")
-    return certificate.check(path)
+    )
+
+
+def _turning(content: bytes, metadata: Metadata, origin: str) -> Certificate:
+    inner, offset, outer, constant, most_above = learned_mean_cosine(content)
+    layers = Layers((inner, outer[:, None]), (offset, np.array([constant])))
+    proven = turning_bounds.enclose(layers, TURNING_CELL_WIDTH)
+    _refuse_below(proven.low, "mean cosine", origin)
+    per_metre = 2 * (proven.high + TURNING_SLACK) + most_above
+    return Certificate(
+        schema=certificate.SCHEMA,
+        model=metadata.name,
+        model_sha256=hashlib.sha256(content).hexdigest(),
+        property=(
+            "0 <= learned - true support <= eps * reach of every slab in time in every direction, hence "
+            "predicted distance <= true distance at any position"
+        ),
+        domain={i.name: (i.low, i.high) for i in metadata.inputs},
+        conditions=(
+            "speed_mps >= speed_noise_mps",
+            "all courses possible until the end lie within half a turn",
+        ),
+        eps_per_metre_of_reach=per_metre,
+        eps_m=stated_eps(per_metre, metadata),
+        rounding=ROUNDING,
+        method="interval arithmetic of second derivatives, branch and bound over both angles of a sweep",
+        cells=proven.cells,
+    )
+
+
+def _refuse_below(low: float, what: str, origin: str) -> None:
+    if low < 0:
+        raise ModelError(
+            f"'{origin}' cannot be certified: its learned {what} falls {-low:.3g} below the true one; "
+            "train it again"
+        )
 
 
 def learned_layers(content: bytes) -> tuple[Layers, int]:

@@ -5,11 +5,13 @@ import onnx
 
 from companion.messages import FloatArray
 from companion.planning.field import repulsion_strength
-from companion.planning.network import INPUT, OUTPUTS, open_session
+from companion.planning.network import infer, open_session
+from companion.planning.rows import COLUMNS
 from models import sampling
 from models.spec import Spec
 
 POINTS = 40_000
+TURNING_POINTS = 20_000
 
 
 def errors(model: onnx.ModelProto, spec: Spec) -> dict[str, float]:
@@ -17,8 +19,9 @@ def errors(model: onnx.ModelProto, spec: Spec) -> dict[str, float]:
     session = open_session(model.SerializeToString(), spec.name)
     near_m, far_m = spec.field.delta_m, 2 * spec.field.delta_m
     rng = np.random.default_rng((spec.seed, 1))
-    rows = sampling.place(rng, sampling.ships(rng, POINTS, spec.domain), near_m, far_m)
-    distance, away, velocity = session.run(OUTPUTS, {INPUT: rows})
+    points = POINTS if len(spec.domain) == len(COLUMNS) else TURNING_POINTS
+    rows = sampling.around(rng, points, spec.domain, near_m, far_m)
+    distance, away, velocity = infer(session, rows)
     true_distance, true_away = sampling.exact(rows)
     near = (true_distance >= 0.98 * near_m) & (true_distance <= 1.02 * far_m)
     under = (true_distance - distance)[near]

@@ -13,14 +13,15 @@ from torch import nn
 
 from companion.messages import FloatArray
 from companion.planning.field import repulsion_strength
-from companion.planning.rows import COLUMNS
+from companion.planning.rows import COLUMNS, TURNING_COLUMNS
 from models import sampling
 from models.checkpoint import Checkpoint
 from models.loop import Progress, descend
 from models.spec import GradientSpec
 
 AGE, COURSE = COLUMNS.index("age_s"), COLUMNS.index("course_rad")
-FEATURES = 3  # forward, starboard, age
+FEATURES = 3  # forward, starboard, age; of ships that turn the rate too
+PLACES = 512  # around a ship that turns, whose set is expensive
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ def train(spec: GradientSpec, checkpoint: Checkpoint | None, progress: Progress)
     network = spec.network
     torch.manual_seed(spec.seed)
     parts: list[nn.Module] = []
-    width = FEATURES
+    width = FEATURES + (tuple(spec.domain) == TURNING_COLUMNS)
     for _ in range(network.layers):
         layer = nn.Linear(width, network.width)
         nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
@@ -57,6 +58,8 @@ def train(spec: GradientSpec, checkpoint: Checkpoint | None, progress: Progress)
         strength = np.hypot(force[:, 0], force[:, 1])[:, None]
         target = force / strength * np.log1p(strength / network.floor) / top
         features = np.column_stack((in_course_frame(rows, rows[:, :2]) / length_m, rows[:, AGE] / time_s))
+        if rows.shape[1] > len(COLUMNS):
+            features = np.column_stack((features, rows[:, len(COLUMNS)] * time_s))
         out = whole(torch.from_numpy(features.astype(np.float32)))
         loss: torch.Tensor = (out - torch.from_numpy(target.astype(np.float32))).square().mean()
         return loss
@@ -83,10 +86,15 @@ def train(spec: GradientSpec, checkpoint: Checkpoint | None, progress: Progress)
 
 
 def examples(spec: GradientSpec, rng: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray]:
-    """Rows (n, 15) and the exact repulsion (n, 2) in the course frame."""
-    rows = sampling.ships(rng, n, spec.domain)
-    rows = sampling.place(rng, rows, spec.network.near_m, spec.network.far_m, logarithmic=True)
-    distance, away = sampling.exact(rows)
+    """Rows (n, 15 or 17) and the exact repulsion (n, 2) in the course frame."""
+    near_m, far_m = spec.network.near_m, spec.network.far_m
+    if tuple(spec.domain) == TURNING_COLUMNS:
+        ships = sampling.ships(rng, n // PLACES, spec.domain)
+        crowds = [sampling.crowded(rng, ship, PLACES, near_m, far_m, logarithmic=True) for ship in ships]
+        rows, distance, away = (np.concatenate(part) for part in zip(*crowds, strict=True))
+    else:
+        rows = sampling.place(rng, sampling.ships(rng, n, spec.domain), near_m, far_m, logarithmic=True)
+        distance, away = sampling.exact(rows)
     strength = repulsion_strength(distance, spec.field.k_r, spec.field.delta_m)
     return rows, in_course_frame(rows, strength[:, None] * away)
 

@@ -8,8 +8,8 @@ import numpy as np
 import onnx
 
 from companion.planning.field import SINGULAR_GAP_M
-from companion.planning.rows import COLUMNS
-from models.gradient import Dense
+from companion.planning.rows import COLUMNS, TURNING_COLUMNS
+from models.gradient import FEATURES, Dense
 from models.onnx_graph import GraphBuilder
 
 LEAST_FORCE = 1e-9
@@ -18,15 +18,18 @@ LEAST_FORCE = 1e-9
 def build(
     dense: Dense, delta_m: float, k_r: float, floor: float, metadata: dict[str, str]
 ) -> onnx.ModelProto:
-    """`contacts` (n, 15) -> `distance_m` (n,), `away` (n, 2), `repulsion` (n, 2); all float64."""
+    """`contacts` (n, 15 or 17) -> `distance_m` (n,), `away` (n, 2), `repulsion` (n, 2); all float64."""
     g = GraphBuilder()
-    column = dict(zip(COLUMNS, g.split("contacts", [1] * len(COLUMNS)), strict=True))
+    turns = len(dense.weights[0]) > FEATURES
+    columns = TURNING_COLUMNS if turns else COLUMNS
+    column = dict(zip(columns, g.split("contacts", [1] * len(columns)), strict=True))
     cos, sin = g.op("Cos", column["course_rad"]), g.op("Sin", column["course_rad"])
     north, east = column["north_m"], column["east_m"]
     x = g.op("Add", g.op("Mul", north, cos), g.op("Mul", east, sin))
     y = g.op("Sub", g.op("Mul", east, cos), g.op("Mul", north, sin))
-    features = g.op("Concat", x, y, column["age_s"], axis=1)
-    scale = np.array([[1 / dense.length_m, 1 / dense.length_m, 1 / dense.time_s]])
+    rate = [column["turn_rate_radps"]] if turns else []
+    features = g.op("Concat", x, y, column["age_s"], *rate, axis=1)
+    scale = np.array([[1 / dense.length_m, 1 / dense.length_m, 1 / dense.time_s] + [dense.time_s] * turns])
     tensor = g.cast32(g.op("Mul", features, g.constant(scale)))
     last = len(dense.weights) - 1
     for i, (weight, bias) in enumerate(zip(dense.weights, dense.biases, strict=True)):
@@ -49,7 +52,7 @@ def build(
     gap = g.op("Where", is_saturated, g.constant(0.0), gap)
     g.op("Squeeze", g.op("Add", gap, g.constant(delta_m)), g.index([1]), output="distance_m")
     return g.model(
-        {"contacts": ("n", len(COLUMNS))},
+        {"contacts": ("n", len(columns))},
         {"distance_m": ("n",), "away": ("n", 2), "repulsion": ("n", 2)},
         metadata,
     )

@@ -49,6 +49,13 @@ class GraphBuilder:
         self._nodes.append(helper.make_node("Split", [tensor, self.index(sizes)], outputs, axis=axis))
         return tuple(outputs)
 
+    def ascending(self, tensor: str, count: int) -> str:
+        """Each column of a tensor with `count` rows, sorted."""
+        outputs = [f"t{len(self._nodes)}_values", f"t{len(self._nodes)}_places"]
+        node = helper.make_node("TopK", [tensor, self.index([count])], outputs, axis=0, largest=0, sorted=1)
+        self._nodes.append(node)
+        return outputs[0]
+
     def cast32(self, tensor: str) -> str:
         """To float32."""
         return self.op("Cast", tensor, to=TensorProto.FLOAT)

@@ -10,7 +10,7 @@ from msgspec import Meta, Struct
 
 from companion.errors import ConfigError
 from companion.planning.model_file import Input
-from companion.planning.rows import COLUMNS
+from companion.planning.rows import COLUMNS, TURNING_COLUMNS
 
 Range = tuple[float, float]
 Positive = Annotated[float, Meta(gt=0)]
@@ -34,6 +34,17 @@ class SupportNetwork(Struct, frozen=True, forbid_unknown_fields=True):
     adam_rate: Positive
     samples: Count
     ridge: Positive
+
+
+class TurningNetwork(Struct, frozen=True, forbid_unknown_fields=True):
+    """Size and training of a learned mean cosine."""
+
+    hidden: Count
+    adam_steps: Count
+    adam_rate: Positive
+    samples: Count
+    nodes: Annotated[int, Meta(ge=4)]
+    fit_steps: Count
 
 
 class GradientNetwork(Struct, frozen=True, forbid_unknown_fields=True):
@@ -65,12 +76,14 @@ class _Model(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_
     domain: dict[str, Range]
 
     def __post_init__(self) -> None:
-        if tuple(self.domain) != COLUMNS:
-            raise ValueError(f"domain must name exactly these columns, in order: {', '.join(COLUMNS)}")
+        columns = TURNING_COLUMNS if isinstance(self, TurningSpec) else COLUMNS
+        may_turn = isinstance(self, GradientSpec)
+        if tuple(self.domain) != columns and not (may_turn and tuple(self.domain) == TURNING_COLUMNS):
+            raise ValueError(f"domain must name exactly these columns, in order: {', '.join(columns)}")
 
     def inputs(self) -> tuple[Input, ...]:
         """The columns with unit and frame, as the metadata state them."""
-        return tuple(Input(name, _unit(name), _frame(name), *self.domain[name]) for name in COLUMNS)
+        return tuple(Input(name, _unit(name), _frame(name), *limits) for name, limits in self.domain.items())
 
 
 class SupportSpec(_Model, frozen=True, kw_only=True, tag="support"):
@@ -93,13 +106,20 @@ class SupportSpec(_Model, frozen=True, kw_only=True, tag="support"):
         return self.domain["course_noise_rad"][1]
 
 
+class TurningSpec(_Model, frozen=True, kw_only=True, tag="turning"):
+    """A network for ships that turn: support functions, slab by slab."""
+
+    network: TurningNetwork
+    rounding: Rounding
+
+
 class GradientSpec(_Model, frozen=True, kw_only=True, tag="gradient"):
     """A network that learns the gradient."""
 
     network: GradientNetwork
 
 
-Spec = SupportSpec | GradientSpec
+Spec = SupportSpec | TurningSpec | GradientSpec
 
 
 def load(path: Path) -> Spec:
@@ -116,12 +136,14 @@ def load(path: Path) -> Spec:
 
 
 def _unit(name: str) -> str:
-    return {"m": "m", "s": "s", "rad": "rad", "mps": "m/s"}[name.rsplit("_", 1)[1]]
+    return {"m": "m", "s": "s", "rad": "rad", "mps": "m/s", "radps": "rad/s"}[name.rsplit("_", 1)[1]]
 
 
 def _frame(name: str) -> str:
     if name in ("north_m", "east_m"):
         return "local north-east, vehicle minus the ship's reported antenna position"
+    if name == "turn_rate_radps":
+        return "clockwise"
     if name in ("course_rad", "heading_rad"):
         return "clockwise from true north"
     if name in ("bow_m", "stern_m", "port_m", "starboard_m"):

@@ -14,7 +14,19 @@ import torch
 
 from companion.planning.field import SINGULAR_GAP_M
 from companion.planning.model_file import METADATA_KEY, SCHEMA, Metadata
-from models import card, certify, evaluate, gradient, gradient_graph, shape, spec, support_graph
+from models import (
+    card,
+    certify,
+    evaluate,
+    gradient,
+    gradient_graph,
+    shape,
+    spec,
+    support_graph,
+    turning_bounds,
+    turning_graph,
+    turning_shape,
+)
 from models.bounds import enclose
 from models.checkpoint import Checkpoint
 from models.loop import Progress
@@ -40,13 +52,15 @@ def run(path: Path, progress: Progress = silent) -> Path:
     checkpoint = Checkpoint(path)
     if isinstance(settings, spec.SupportSpec):
         export = _support(settings, checkpoint, progress)
+    elif isinstance(settings, spec.TurningSpec):
+        export = _turning(settings, checkpoint, progress)
     else:
         export = _gradient(settings, checkpoint, progress)
     progress("evaluate", 0.0, "")
     error = evaluate.errors(export({}), settings)
     target = path.with_suffix(".onnx")
     target.write_bytes(export(error).SerializeToString(deterministic=True))
-    if isinstance(settings, spec.SupportSpec):
+    if not isinstance(settings, spec.GradientSpec):
         progress("certify", 0.0, f"distance p99 {error['distance_under_m_p99']:.3f} m")
         certify.run(target)
     progress("card", 0.0, "")
@@ -74,6 +88,24 @@ def _support(settings: spec.SupportSpec, checkpoint: Checkpoint, progress: Progr
     return _Export(settings, lambda metadata: support_graph.build(layers, constants, metadata))
 
 
+def _turning(settings: spec.TurningSpec, checkpoint: Checkpoint, progress: Progress) -> "_Export":
+    learned = turning_shape.train(settings, checkpoint, progress)
+    progress("bound", 0.0, "")
+    raw, rounding = turning_bounds.enclose(learned, certify.TURNING_CELL_WIDTH), settings.rounding
+    shift = max(-raw.low, 0.0) + rounding.shape
+    layers = shape.raised(learned, np.array([shift]))
+    moved = layers.biases[-1][0] - learned.biases[-1][0]
+    constants = turning_graph.Constants(
+        delta_m=settings.field.delta_m,
+        k_r=settings.field.k_r,
+        singular_gap_m=SINGULAR_GAP_M,
+        most_above=float(raw.high + moved + certify.TURNING_SLACK + rounding.shape),
+        margin_m=rounding.margin_m,
+        margin_relative=rounding.margin_relative,
+    )
+    return _Export(settings, lambda metadata: turning_graph.build(layers, constants, metadata))
+
+
 def _gradient(settings: spec.GradientSpec, checkpoint: Checkpoint, progress: Progress) -> "_Export":
     dense = gradient.train(settings, checkpoint, progress)
     field, floor = settings.field, settings.network.floor
@@ -95,7 +127,7 @@ class _Export:
         metadata = Metadata(
             schema=SCHEMA,
             name=settings.name,
-            kind="support" if isinstance(settings, spec.SupportSpec) else "gradient",
+            kind=str(settings.__struct_config__.tag),
             inputs=settings.inputs(),
             outputs=OUTPUTS,
             output_sign="repulsion = -grad U_rep, away from the ship",
@@ -103,7 +135,7 @@ class _Export:
             horizon_s=settings.field.horizon_s,
             k_r=settings.field.k_r,
             singular_gap_m=SINGULAR_GAP_M,
-            conservative=isinstance(settings, spec.SupportSpec),
+            conservative=not isinstance(settings, spec.GradientSpec),
             training_seed=settings.seed,
             error=error,
             software={

@@ -73,7 +73,9 @@ def _cross(
     measure = Measure(sea.truth, sea.own_state, config.field.delta_m, sea.traffic.known_until_s)
     lockstep = LockstepSea(sea, dt_s=1.0 / config.timing.rate_hz)
     with (
-        Recorder(folder / LOG_NAME, session(config, companion.model_digest)) as recorder,
+        Recorder(
+            folder / LOG_NAME, session(config, companion.model_digest, companion.turning_digest)
+        ) as recorder,
         _Bar(sea, console) as bar,
     ):
         lockstep.after_tick = bar.show

@@ -63,11 +63,11 @@ def test_no_vessel_is_scored_by_scales_it_helped_to_fit(
     def fit(data: Dataset, shape: Shape) -> Spy:
         fitted.append(set(data.vessel.tolist()))
         nothing = np.zeros((3, len(FEATURES)))
-        return Spy(nothing[0], nothing[0] + 1, nothing, np.zeros((3, 4)), shape)
+        return Spy(nothing[0], nothing[0] + 1, nothing, nothing, np.zeros((3, 4)), shape)
 
     monkeypatch.setattr(conformal, "fit", fit)
     calibrate(houston, "kite", np.random.default_rng(3))
-    assert len(scored) == 4 * conformal.FOLDS
+    assert len(scored) == 2 * 4 * conformal.FOLDS
     assert all(not seen & used for seen, used in scored)
     assert set().union(*(seen for seen, _ in scored)) == set(houston.vessel[houston.under_way].tolist())
 
@@ -88,8 +88,9 @@ def test_the_file_says_what_the_fit_says(houston: Dataset, tmp_path: Path) -> No
     part = data.at(1)
     scores, half = found.scales.score(part, 1), found.scales.half_m(part, 1, found.quantile(1, LEVEL))
     for i in range(0, len(part), 25):
-        features = tuple(part.features[i])
-        score = bounds.score(features, 1, part.age_s[i], part.ahead_m[i], part.aside_m[i])
+        seen = Forecast(Fix(instant(0.0), 29.0, -94.0, part.sog_mps[i], 0.0), tuple(part.features[i]), 3)
+        outcome = Outcome(1, instant(60.0), seen, 1, part.age_s[i], part.ahead_m[i], part.aside_m[i])
+        (score,) = bounds.scores([outcome])
         assert score == pytest.approx(scores[i] - found.quantile(1, LEVEL), abs=1e-3) or not np.isfinite(
             scores[i]
         )
@@ -113,7 +114,9 @@ def test_the_packaged_bounds_hold_on_another_water(shared_data: Path) -> None:
     """Houston's bounds on the Gulf of Finland: open water is easier."""
     bounds = learned.load("houston", LEVEL)
     heard = traffic.read(shared_data / GULF, Counter())
-    for row in transfer(bounds, heard):
+    under_way, at_rest = transfer(bounds, heard)
+    assert all(row.fixed > LEVEL - 0.02 for row in at_rest if row.scored > 50)
+    for row in under_way:
         assert row.scored > 50
         assert row.fixed > LEVEL - 0.02
 
@@ -137,6 +140,23 @@ def test_adaptation_brings_coverage_back_within_two_points_in_half_an_hour() -> 
     for row in replayed(bounds, outcomes):
         assert row.fixed < 0.7
         assert row.adapted_late == pytest.approx(LEVEL, abs=0.02)
+
+
+def test_bounds_of_the_open_sea_serve_a_harbour_after_half_an_hour(shared_data: Path, tmp_path: Path) -> None:
+    """Learned in the Gulf of Finland, used among Houston's ferries and tows, none of which it has seen."""
+    gulf = collect(traffic.read(shared_data / GULF, Counter()))
+    path = tmp_path / "gulf.bounds.toml"
+    found = calibrate(gulf, "kite", np.random.default_rng(0))
+    path.write_text(bounds_file.text(found, gulf, (LEVEL,), ["gulf"]))
+    under_way, at_rest = transfer(
+        learned.load(str(path), LEVEL), traffic.read(shared_data / HOUSTON, Counter())
+    )
+    assert min(row.fixed for row in under_way) < LEVEL - 0.05
+    for row in under_way:
+        assert row.scored_late > 500
+        assert row.adapted_late == pytest.approx(LEVEL, abs=0.02)
+    # of ships at berth most do not move at all: their sets end at the smallest there are
+    assert all(row.adapted_late > LEVEL - 0.02 for row in at_rest)
 
 
 def test_a_ship_with_a_bounds_file_gets_a_set_that_follows_its_own_behaviour() -> None:

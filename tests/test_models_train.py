@@ -114,3 +114,18 @@ def test_settings_that_make_no_sense_are_refused_by_key(
 def test_settings_that_are_not_there_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"give an existing models/NAME\.toml"):
         spec.load(tmp_path / "none.toml")
+
+
+@pytest.mark.train
+def test_a_tiny_turning_network_trains_and_certifies_whatever_its_seed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from models import card, evaluate, train  # noqa: PLC0415
+
+    monkeypatch.setattr(evaluate, "TURNING_POINTS", 100)
+    monkeypatch.setattr(card, "PER_BIN", 50)
+    monkeypatch.setattr(card, "_picture_field", lambda *_: None)
+    path = tiny(tmp_path, "turning", seed="3", hidden="8", adam_steps="100", fit_steps="200")
+    made = train.run(path)
+    assert certificate.check(made).model == "turning"
+    assert "slab" in made.with_suffix(".md").read_text()

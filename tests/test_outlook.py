@@ -107,15 +107,16 @@ def test_under_way_it_holds_on_the_near_side_and_goes_on_once_it_has_begun_to_cr
     assert not subject.holds
 
 
-def test_a_way_that_was_found_safe_is_given_up_only_when_it_is_not_safe_at_all(
+def test_under_way_what_was_found_safe_is_given_up_only_when_it_is_not_safe_at_all(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     subject = Outlook(settings())
     steps_to_an_answer(subject, stream(0.0))
     monkeypatch.setattr(outlook, "MARGIN_M", 50.0)
-    steps_to_an_answer(subject, stream(0.0), at_s=outlook.EVERY_S)
+    steps_to_an_answer(subject, stream(0.0), Phase.CROSS, at_s=outlook.EVERY_S)
     assert refusal(subject) == ""
-    assert once(stream(0.0)) != ""
+    steps_to_an_answer(subject, stream(0.0), at_s=2 * outlook.EVERY_S)  # before leaving the margin counts
+    assert refusal(subject) != ""
 
 
 def once(tracks: Tracks) -> str:

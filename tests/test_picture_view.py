@@ -88,7 +88,7 @@ def test_the_area_is_that_of_the_set() -> None:
 
 def command(source: Path | str, chart: Path, **more: object) -> argparse.Namespace:
     values = {"own": None, "bounds": "", "at": None, "silence": 0.0, "most": 5, "chart": chart}
-    return argparse.Namespace(source=str(source), **{**values, **more})
+    return argparse.Namespace(source=[str(source)], **{**values, **more})
 
 
 def test_the_command_lists_and_draws_a_recorded_bus(

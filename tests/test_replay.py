@@ -15,7 +15,7 @@ from companion.instant import Instant, instant
 from companion.loop import Stepper, Tick
 from companion.messages import Decision, Frame, Heartbeat, Link, Outgoing, Phase, Status, Tracks
 from companion.record import OTHER_MACHINE, Log, Recorder, Session, Topic
-from companion.record.session import session
+from companion.record.session import differences, session
 from companion.replay import compare, replay
 from sitl.launch import scenario_sea
 from sitl.lockstep import LockstepSea
@@ -180,7 +180,9 @@ def real_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     config = from_mapping(scenario.companion_tables(sea.goal_deg, {"vehicle": {"listen_s": 20.0}}))
     companion = build.build(config)
     lockstep = Hurried(sea)
-    with Recorder(folder / "log.mcap", session(config, companion.model_digest)) as recorder:
+    with Recorder(
+        folder / "log.mcap", session(config, companion.model_digest, companion.turning_digest)
+    ) as recorder:
         loop.run(lockstep, companion.core, companion.encoder, lockstep, recorder, lambda: 0.0)
     return folder
 
@@ -217,3 +219,23 @@ def test_one_flipped_bit_in_what_was_heard_is_found(real_run: Path, tmp_path: Pa
     found = replay(tmp_path)
     assert found.first is not None
     assert found.first.tick >= 100
+
+
+def test_a_log_of_another_model_bounds_file_or_program_says_what_is_other() -> None:
+    config = from_mapping({"goal": {"latitude_deg": 59.9, "longitude_deg": 19.2}})
+    with_bounds = from_mapping(
+        {
+            "goal": {"latitude_deg": 59.9, "longitude_deg": 19.2},
+            "contacts": {"bounds_file": "houston"},
+        }
+    )
+    here = session(config, "ab" * 32)
+    assert differences(here, here) == ()
+    assert differences(session(with_bounds, "ab" * 32), session(with_bounds, "ab" * 32)) == ()
+    (bounds,) = differences(session(with_bounds, "ab" * 32), here)
+    assert bounds.startswith("the bounds file differs: recorded ")
+    (model,) = differences(session(config, ""), here)
+    assert model == "the model differs: recorded none, here abababababab"
+    (program,) = differences(msgspec.structs.replace(here, code_sha256="0" * 64), here)
+    assert program.startswith("the program differs")
+    assert differences(msgspec.structs.replace(here, code_sha256=None), here) == ()  # an older log

@@ -126,6 +126,7 @@ def test_a_static_message_of_two_sentences_has_hull_type_and_name() -> None:
     assert heard.mmsi == 369190000
     assert heard.name == "MT.MITCHELL"
     assert heard.ship_type == 99
+    assert heard.draught_m == 6.0
     assert heard.hull is not None
     assert heard.hull.bow_m + heard.hull.stern_m == 180.0
 

@@ -30,9 +30,11 @@ from companion.messages import (
     StatusText,
     UtcTime,
 )
+from companion.wire import ais_vessel
 from companion.wire.ais_rules import UNSTAMPED_AGE_ERROR_S
 from companion.wire.ais_vessel import AisQuirk
 from companion.wire.mavlink import MavlinkDecoder, MavlinkEncoder
+from companion.wire.mavlink_frames import MavlinkFrames
 
 SUB = mav.MAV_TYPE_SUBMARINE
 ARDUPILOT = mav.MAV_AUTOPILOT_ARDUPILOTMEGA
@@ -597,6 +599,54 @@ def test_whatever_a_vessel_says_stays_in_its_range(values: dict[str, Any], quirk
         ):
             assert value is None or low <= value <= high
         assert report.name is None or (report.name.isascii() and report.name.isprintable())
+
+
+@given(
+    st.builds(
+        vessel,
+        MMSI=st.integers(0, 2**32 - 1),
+        lat=st.integers(-(2**31), 2**31 - 1),
+        lon=st.integers(-(2**31), 2**31 - 1),
+        COG=st.integers(0, 65_535),
+        heading=st.integers(0, 65_535),
+        velocity=st.integers(0, 65_535),
+        turn_rate=st.integers(-128, 127),
+        navigational_status=st.integers(0, 255),
+        type=st.integers(0, 255),
+        dimension_bow=st.integers(0, 65_535),
+        dimension_port=st.integers(0, 255),
+        tslc=st.integers(0, 65_535),
+        flags=st.integers(0, 65_535),
+        name=st.binary(max_size=20),
+    )
+)
+def test_the_vessel_s_layout_is_the_dialect_s(message: Any) -> None:
+    """Unpacked by us and, with all that is cut off and filled up, by pymavlink's own parser."""
+    data = Talker().say(message)
+    (reference,) = mav.MAVLink(None).parse_buffer(data) or []
+    assert ais_vessel.LAYOUT.format == reference.unpacker.format
+    (packet,) = MavlinkFrames().push(instant(0.0), data)
+    whole = packet.payload.ljust(ais_vessel.LAYOUT.size, b"\0")
+    names = reference.ordered_fieldnames
+    ours = dict(zip(names, ais_vessel.LAYOUT.unpack(whole), strict=True))
+    for name in names:
+        raw = getattr(reference, f"_{name}_raw", None)
+        if raw is None:
+            assert ours[name] == getattr(reference, name), name
+        else:
+            assert ours[name].rstrip(b"\0") == raw.rstrip(b"\0"), name
+
+
+@given(st.lists(st.sampled_from([0, 1, 2, 3]), min_size=1, max_size=6), st.booleans())
+def test_a_datagram_of_one_packet_is_read_as_in_a_stream(kinds: list[int], v1: bool) -> None:
+    """The short cut for a whole packet and the search find the same messages, and as many as pymavlink."""
+    talker, makers = Talker(), (heartbeat, global_position, vessel, local_position)
+    packets = [talker.say(makers[kind](), v1=v1 and kind != 2) for kind in kinds]
+    single, stream = decoder(), decoder()
+    one_by_one = [each for data in packets for each in hear(single, data)]
+    assert one_by_one == hear(stream, b"".join(packets))
+    assert single.counts == stream.counts
+    assert single.counts["mavlink.packets"] == len(mav.MAVLink(None).parse_buffer(b"".join(packets)) or [])
 
 
 # ---------------------------------------------------------------- encoding

@@ -15,6 +15,7 @@ from companion.calibrate.fit import Scales, Shape, fit
 from companion.messages import SPREAD_AGES_S, FloatArray, IntArray
 
 FOLDS = 5
+FEW = 1000  # outcomes of an age that suffice
 KS = range(len(SPREAD_AGES_S))
 
 
@@ -24,14 +25,19 @@ class Calibration:
 
     scales: Scales
     scores: tuple[FloatArray, ...]  # per stated age
+    scores_around: tuple[FloatArray, ...]  # of outcomes somewhat younger and older too
     vessels: tuple[int, ...]
 
     def quantile(self, k: int, level: float) -> float:
-        """What the k-th stated age needs; infinite where nothing was recorded."""
-        scores = self.scores[k]
-        if len(scores) == 0:
+        """What the k-th stated age needs; infinite where nothing was recorded.
+
+        The fewer outcomes there are of that age, the more it leans on those around it.
+        """
+        if len(self.scores[k]) == 0:
             return float("inf")
-        return quantile(scores, level)
+        own, around = quantile(self.scores[k], level), quantile(self.scores_around[k], level)
+        weight = min(len(self.scores[k]) / FEW, 1.0)
+        return own if weight == 1.0 else weight * own + (1 - weight) * around
 
 
 def quantile(values: FloatArray, level: float) -> float:
@@ -49,10 +55,16 @@ def folds_of(vessels: IntArray, rng: np.random.Generator, count: int = FOLDS) ->
 def calibrate(data: Dataset, shape: Shape, rng: np.random.Generator) -> Calibration:
     """Scales fitted on all of `data`, and scores by vessels left out."""
     scores: list[list[FloatArray]] = [[] for _ in KS]
+    around: list[list[FloatArray]] = [[] for _ in KS]
     for fold in folds_of(np.unique(data.vessel), rng):
         held = np.isin(data.vessel, fold)
         left_out = fit(data.only(~held), shape)
         for k in KS:
             scores[k].append(left_out.score(data.only(held).at(k), k))
-    counts = tuple(len(np.unique(data.at(k).vessel)) for k in KS)
-    return Calibration(fit(data, shape), tuple(np.concatenate(s) for s in scores), counts)
+            around[k].append(left_out.score(data.only(held).around(k), k))
+    return Calibration(
+        fit(data, shape),
+        tuple(np.concatenate(s) for s in scores),
+        tuple(np.concatenate(s) for s in around),
+        tuple(len(np.unique(data.at(k).vessel)) for k in KS),
+    )

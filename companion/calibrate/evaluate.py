@@ -33,12 +33,18 @@ class Figure:
     area_km2: float
     disc_area_km2: float  # calibrated on the same vessels
     disc_coverage: float
-    oracle_disc_km2: float  # the disc that holds exactly `level` of all recorded outcomes
+    level_disc_km2: float  # the disc that holds exactly `level` of all recorded outcomes
+    equal_disc_km2: float  # the disc that holds as many of them as these sets did
 
     @property
     def ratio(self) -> float:
         """Mean area over that of the best single disc of equal coverage."""
-        return self.area_km2 / self.oracle_disc_km2
+        return self.area_km2 / self.equal_disc_km2
+
+    @property
+    def ratio_to_level(self) -> float:
+        """Mean area over that of the best single disc of the level wanted, however much these sets held."""
+        return self.area_km2 / self.level_disc_km2
 
 
 def figures(
@@ -76,7 +82,8 @@ def _figure(data: Dataset, k: int, level: float, parts: list[tuple[FloatArray, .
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
     every = data.at(k)
-    oracle = np.quantile(np.hypot(every.ahead_m, every.aside_m), level) if len(every) else np.nan
+    off_m = np.hypot(every.ahead_m, every.aside_m)
+    level_m, equal_m = np.quantile(off_m, (level, _mean(inside))) if len(every) else (np.nan, np.nan)
     by_sort = {
         name: (float(inside[sort == i].mean()), float(area[sort == i].mean()) / 1e6, int((sort == i).sum()))
         for i, name in enumerate(SORTS)
@@ -92,7 +99,8 @@ def _figure(data: Dataset, k: int, level: float, parts: list[tuple[FloatArray, .
         area_km2=_mean(area) / 1e6,
         disc_area_km2=_mean(disc_area) / 1e6,
         disc_coverage=_mean(disc_inside),
-        oracle_disc_km2=float(np.pi * oracle**2 / 1e6),
+        level_disc_km2=float(np.pi * level_m**2 / 1e6),
+        equal_disc_km2=float(np.pi * equal_m**2 / 1e6),
     )
 
 

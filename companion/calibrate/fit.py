@@ -2,8 +2,9 @@
 
 The loss is, over the stated ages, the logarithm of the mean area plus twice the logarithm of the quantile
 that the level needs; it is invariant to the size of the scales and differentiable but for the quantile,
-whose gradient is taken as the mean over the outcomes near it.  Adam on some fifty numbers, ridge on the
-weights, and a second ridge that keeps the three sides alike.  All constants were chosen on splits by vessel.
+whose gradient is taken as the mean over the outcomes near it.  Adam on some hundred numbers, ridge on the
+weights and on how they change with the age, and a second ridge that keeps the three sides alike.  All
+constants were chosen on splits by vessel.
 """
 
 from dataclasses import dataclass
@@ -13,11 +14,12 @@ import numpy as np
 
 from companion.calibrate.dataset import Dataset
 from companion.messages import SPREAD_AGES_S, FloatArray
-from companion.picture.learned import GROWTH, limited
+from companion.picture.learned import GROWTH, TREND, limited
 
 FIT_LEVEL = 0.96
 STEPS, RATE, BANDWIDTH = 200, 0.04, 0.25
-RIDGE, ALIKE, POWER = 0.005, 0.05, 0.8  # POWER < 1 tames the few largest sets
+RIDGE, SLOPE_RIDGE, ALIKE = 0.02, 0.05, 0.05
+POWER = 0.8  # below 1 it tames the few largest sets
 OFFSET_M = 3.0  # what nobody's bounds need to resolve
 TOP_MPS = 16.0
 Shape = Literal["kite", "box"]
@@ -30,13 +32,14 @@ class Scales:
     mean: FloatArray  # (F,)
     deviation: FloatArray
     weights: FloatArray  # (3, F)
+    slopes: FloatArray  # (3, F), by which the weights grow with `TREND` of the age
     base: FloatArray  # (3, K)
     shape: Shape
 
     def log(self, features: FloatArray, k: int) -> FloatArray:
         """(3, n) natural logarithms of the scales."""
         x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
-        return np.asarray(self.weights @ x.T + self.base[:, k : k + 1])
+        return np.asarray((self.weights + TREND[k] * self.slopes) @ x.T + self.base[:, k : k + 1])
 
     def score(self, data: Dataset, k: int) -> FloatArray:
         """(n,) how far out the outcomes of the k-th stated age are; infinite beyond any ship's reach."""
@@ -88,24 +91,26 @@ def fit(data: Dataset, shape: Shape) -> Scales:
     logs = [np.log(sides_m(part, k) + OFFSET_M) for k, part in enumerate(parts)]
     ages = [k for k, part in enumerate(parts) if len(part) >= 20]
     base = np.stack([_first_guess(logs[k] if k in ages else None, k) for k in range(len(parts))], axis=1)
-    weights = np.zeros((3, features.shape[1]))
-    numbers = np.concatenate((weights.ravel(), base.ravel()))
+    weights = slopes = np.zeros((3, features.shape[1]))
+    numbers = np.concatenate((weights.ravel(), slopes.ravel(), base.ravel()))
     first, second = np.zeros_like(numbers), np.zeros_like(numbers)
     for step in range(1, STEPS + 1):
-        weights, base = _unpacked(numbers, weights.shape, base.shape)
-        weight_slope, base_slope = np.zeros_like(weights), np.zeros_like(base)
+        weights, slopes, base = _unpacked(numbers, weights.shape, base.shape)
+        by_weight, by_slope, by_base = np.zeros_like(weights), np.zeros_like(slopes), np.zeros_like(base)
         for k in ages:
-            slope = _slope(weights @ inputs[k].T + base[:, k : k + 1], logs[k], shape)
-            weight_slope += slope @ inputs[k]
-            base_slope[:, k] = slope.sum(axis=1)
-        weight_slope = weight_slope / len(ages) + 2 * RIDGE * weights
-        weight_slope += 2 * ALIKE * (weights - weights.mean(axis=0))
-        slope = np.concatenate((weight_slope.ravel(), base_slope.ravel()))
+            log_scale = (weights + TREND[k] * slopes) @ inputs[k].T + base[:, k : k + 1]
+            down = _slope(log_scale, logs[k], shape)
+            by_weight += down @ inputs[k] / len(ages)
+            by_slope += TREND[k] * (down @ inputs[k]) / len(ages)
+            by_base[:, k] = down.sum(axis=1)
+        by_weight += 2 * RIDGE * weights + 2 * ALIKE * (weights - weights.mean(axis=0))
+        by_slope += 2 * SLOPE_RIDGE * slopes + 2 * ALIKE * (slopes - slopes.mean(axis=0))
+        slope = np.concatenate((by_weight.ravel(), by_slope.ravel(), by_base.ravel()))
         first, second = 0.9 * first + 0.1 * slope, 0.99 * second + 0.01 * slope**2
         rate = RATE if step < 0.6 * STEPS else RATE / 4
         numbers = numbers - rate * (first / (1 - 0.9**step)) / (np.sqrt(second / (1 - 0.99**step)) + 1e-8)
-    weights, base = _unpacked(numbers, weights.shape, base.shape)
-    return Scales(mean, deviation, weights, base, shape)
+    weights, slopes, base = _unpacked(numbers, weights.shape, base.shape)
+    return Scales(mean, deviation, weights, slopes, base, shape)
 
 
 def _first_guess(logs: FloatArray | None, k: int) -> FloatArray:
@@ -116,9 +121,13 @@ def _first_guess(logs: FloatArray | None, k: int) -> FloatArray:
 
 def _unpacked(
     numbers: FloatArray, weights: tuple[int, ...], base: tuple[int, ...]
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     cut = weights[0] * weights[1]
-    return numbers[:cut].reshape(weights), numbers[cut:].reshape(base)
+    return (
+        numbers[:cut].reshape(weights),
+        numbers[cut : 2 * cut].reshape(weights),
+        numbers[2 * cut :].reshape(base),
+    )
 
 
 def _slope(log_scale: FloatArray, logs: FloatArray, shape: Shape) -> FloatArray:

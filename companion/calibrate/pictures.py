@@ -37,7 +37,7 @@ def draw(path: Path, figures: list[Figure], forgotten: list[Forgetting], title: 
         )
         area.plot(
             minutes,
-            [f.oracle_disc_km2 for f in rows],
+            [f.equal_disc_km2 for f in rows],
             "s:",
             color=colour,
             label=f"best disc, {100 * level:g} %",

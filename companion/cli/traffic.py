@@ -13,10 +13,11 @@ def add(commands: Commands) -> None:
     where each can be by now, and where it was heard from.  Saves a chart.
 
     FILE: MarineCadastre CSV, NMEA 2000 candump or AIVDM, plain or gzip'd.  LINK: udpin:HOST:PORT,
-    tcp:HOST:PORT or /dev/tty... with AIVDM sentences, or a CAN bus such as socketcan:can0.
+    tcp:HOST:PORT or /dev/tty... with AIVDM sentences or MAVLink, or a CAN bus such as socketcan:can0; several
+    are one picture.  Ctrl-C ends it, with the chart.
     """
     p = commands.add_parser("picture", help="show the ships around, recorded or live", description=text)
-    p.add_argument("source", metavar="FILE_OR_LINK", help="where the reports come from")
+    p.add_argument("source", nargs="+", metavar="FILE_OR_LINK", help="a file, or one or more links")
     p.add_argument("--own", type=position, metavar="LAT,LON", help="our position, where the source has none")
     p.add_argument("--bounds", default="", metavar="FILE|NAME", help="a bounds file, such as houston")
     p.add_argument("--at", type=float, metavar="S", help="stop so many seconds into a file (its end)")

@@ -52,8 +52,9 @@ def run(options: Namespace) -> int:
     console = Console(stderr=True)
     config = _configuration(options)
     if options.require_certificate and config.repulsion.kind == "network":
-        held = certificate.check(config.repulsion.model)
-        console.print(f"certificate of {held.model} holds", highlight=False)
+        for model in filter(None, (config.repulsion.model, config.repulsion.turning_model)):
+            held = certificate.check(model)
+            console.print(f"certificate of {held.model} holds", highlight=False)
     companion = build(config)
     with ExitStack() as stack:
         stop = stack.enter_context(stop_on_signals())
@@ -126,7 +127,7 @@ def _recorder(config: Config, companion: Companion, console: Console) -> Recorde
         return None
     folder = new_run_folder(Path(config.recording.folder))
     console.print(f"recording to {folder}", highlight=False)
-    return Recorder(folder / LOG_NAME, session(config, companion.model_digest))
+    return Recorder(folder / LOG_NAME, session(config, companion.model_digest, companion.turning_digest))
 
 
 def _say_farewell(console: Console, last: Decision | None, recorder: Recorder | None) -> None:

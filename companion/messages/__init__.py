@@ -1,4 +1,4 @@
-"""The nouns of the line from report to setpoint, one frozen dataclass each.
+"""The nouns of the line from report to setpoint, each one frozen.
 
     Frame -wire-> Heard -picture-> Tracks -reach-> ReachableSets -field-> Repulsion -guard-> Setpoint
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+import msgspec
+
 from companion.instant import Instant
 
 
@@ -59,12 +61,14 @@ class Hull:
     starboard_m: float
 
 
-@dataclass(frozen=True, slots=True)
-class ContactReport:
+class ContactReport(msgspec.Struct, frozen=True, kw_only=True):
     """One AIS-like report about one ship.  Any field may be missing; nothing is invented.
 
     `measured_at` is when the position was measured (arrival minus age); the true instant is
     within `age_error_s` of it.  A report without position carries static data only.
+
+    Not a dataclass, because thousands come in a second and msgspec makes one four times as fast; a copy
+    with changes is `msgspec.structs.replace(report, ...)`.
     """
 
     mmsi: int
@@ -84,6 +88,7 @@ class ContactReport:
     hull: Hull | None = None
     ship_type: int | None = None
     name: str | None = None
+    draught_m: float | None = None  # as its crew set it, the deepest
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,25 +1,35 @@
-"""Bounds that learn at run time: adaptive conformal inference, one controller per sort of ship and age.
+"""Bounds that learn at run time: adaptive conformal inference for every age, of all ships and of each sort.
 
-Every outcome is scored against the set that foretold it.  A miss raises the logarithm of that sort's sets
-at that age by `rate * level`, a hit lowers it by `rate * (1 - level)`: whatever the water is like, the share
-of hits tends to the level (quantile tracking; Gibbs and Candes 2021, Angelopoulos et al. 2023).
-Forecasts of one ship overlap, ten minutes long more than one minute, so the rate falls with the age.
+Every outcome is scored against the set that foretold it.  A miss raises the logarithm of the sets at that
+age by `rate * level`, a hit lowers it by `rate * (1 - level)`: whatever the water is like, the share of hits
+tends to the level (quantile tracking; Gibbs and Candes 2021, Angelopoulos et al. 2023).  Half of the step is
+taken by all ships under way alike, so that a new water is learned soon, half by the ship's sort.  The steps
+are large at first and then fall; and smaller at greater ages, for forecasts of one ship overlap.
 """
 
+import math
 from collections import Counter, deque
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
 from companion.instant import Instant, elapsed_s
 from companion.messages import SPREAD_AGES_S, FloatArray, Reason
+from companion.picture.behaviour import UNDER_WAY_MPS
 from companion.picture.forecast import SORTS, Outcome
-from companion.picture.learned import LearnedBounds
+from companion.picture.learned import STILL_MPS, LearnedBounds
 
-RATE = 0.1  # at the shortest age, in natural logarithms of size
-LOWEST, HIGHEST = -1.0, 3.0
+RATE = 0.1  # at the shortest age, in natural logarithms of size; falls with the root of the age
+EAGER, EAGER_FOR = 8.0, 30.0  # times as large at first, half as much after so many outcomes
+LOWEST, HIGHEST = -1.5, 3.0
 SHOWN_S = 60.0  # how long a miss stays an event
 MOST_EVENTS = 50
+MOST_WAITING = 1000
+CELLS = (*SORTS, "still", "slow")
+STILL, SLOW = len(SORTS), len(SORTS) + 1  # ships at rest: at berth; creeping, or swinging at anchor
+UNDER_WAY = range(len(SORTS))
+Cell = tuple[int, int]  # of CELLS, stated age
 ENOUGH, SHORTFALL = 200, 0.05  # outcomes; how far below the level is a doubt
 
 
@@ -43,58 +53,103 @@ class Miss:
         )
 
 
+def cell_of(outcome: Outcome) -> Cell:
+    """Which controller an outcome belongs to."""
+    fix = outcome.forecast.fix
+    rest = STILL if (fix.sog_mps or 0.0) < STILL_MPS else SLOW
+    return (outcome.forecast.sort if fix.is_under_way else rest), outcome.watch
+
+
 class Adaptation:
     """Scores outcomes, raises or lowers the sets, and knows the running coverage."""
 
     def __init__(self, bounds: LearnedBounds) -> None:
         self._bounds = bounds
-        self._raised = np.zeros((len(SORTS), len(SPREAD_AGES_S)))
+        self._shared = np.zeros((2, len(SPREAD_AGES_S)))  # of ships under way, and at rest
+        self._own = np.zeros((len(CELLS), len(SPREAD_AGES_S)))
+        self._steps: Counter[Cell] = Counter()  # of the shared ones
         self._misses: deque[Miss] = deque(maxlen=MOST_EVENTS)
-        self.scored: Counter[tuple[int, int]] = Counter()  # (sort, age) -> outcomes
-        self.missed: Counter[tuple[int, int]] = Counter()
+        self._waiting: list[Outcome] = []  # scored together, before anybody looks
+        self._scored: Counter[Cell] = Counter()
+        self._missed: Counter[Cell] = Counter()
 
     @property
     def ages_s(self) -> tuple[float, ...]:
         """See `Watch`."""
         return SPREAD_AGES_S
 
-    def raised(self, sort: int) -> FloatArray:
-        """(K,) what is added to the quantiles of a sort of ship."""
-        return np.array(self._raised[sort])
+    @property
+    def raised(self) -> FloatArray:
+        """(CELLS, K) what is added to the logarithms of the sizes of each sort of ship."""
+        self._settle()
+        return self._own + np.repeat(self._shared, (len(SORTS), 2), axis=0)
+
+    @property
+    def scored(self) -> Counter[Cell]:
+        """Outcomes of each sort and age."""
+        self._settle()
+        return self._scored
+
+    @property
+    def missed(self) -> Counter[Cell]:
+        """Those of them outside their sets."""
+        self._settle()
+        return self._missed
 
     def take(self, outcome: Outcome) -> None:
-        """Score one outcome of a ship that was under way."""
-        if not outcome.forecast.fix.is_under_way:
+        """Score one outcome of a ship whose speed was known, and its course if it had way on."""
+        fix = outcome.forecast.fix
+        if fix.is_under_way or (fix.sog_mps is not None and fix.sog_mps < UNDER_WAY_MPS):
+            self._waiting.append(outcome)
+            if len(self._waiting) >= MOST_WAITING:
+                self._settle()
+
+    def _settle(self) -> None:
+        """Score what waits, in the order it came."""
+        if not self._waiting:
             return
-        cell = outcome.forecast.sort, outcome.watch
-        score = self._bounds.score(
-            outcome.forecast.features, outcome.watch, outcome.age_s, outcome.ahead_m, outcome.aside_m
-        )
-        missed = score > self._raised[cell]
-        rate = RATE * SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch]
-        step = rate * (float(missed) - (1.0 - self._bounds.level))
-        self._raised[cell] = min(max(self._raised[cell] + step, LOWEST), HIGHEST)
-        self.scored[cell] += 1
+        outcomes, self._waiting = self._waiting, []
+        for outcome, score in zip(outcomes, self._bounds.scores(outcomes).tolist(), strict=True):
+            self._judge(outcome, score)
+
+    def _judge(self, outcome: Outcome, score: float) -> None:
+        cell = cell_of(outcome)
+        shared = int(cell[0] >= STILL), outcome.watch
+        missed = score > self._shared[shared] + self._own[cell]
+        self._scored[cell] += 1
+        self._steps[shared] += 1
+        rate = RATE * math.sqrt(SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch])
+        step = rate / 2 * (float(missed) - (1.0 - self._bounds.level))
+        for raised, which, count in (
+            (self._shared, shared, self._steps[shared]),
+            (self._own, cell, self._scored[cell]),
+        ):
+            eager = max(EAGER / (1.0 + count / EAGER_FOR), 1.0)
+            raised[which] = min(max(raised[which] + eager * step, LOWEST), HIGHEST)
         if missed:
-            self.missed[cell] += 1
+            self._missed[cell] += 1
             self._misses.append(
                 Miss(outcome.at, outcome.mmsi, outcome.age_s, outcome.ahead_m, outcome.aside_m)
             )
 
-    def coverage(self, sort: int | None = None, age: int | None = None) -> tuple[float, int]:
+    def coverage(self, sorts: Collection[int] = UNDER_WAY, age: int | None = None) -> tuple[float, int]:
         """Share of outcomes inside their sets, and how many there were; NaN for none."""
-        cells = [c for c in self.scored if (sort is None or c[0] == sort) and (age is None or c[1] == age)]
-        scored = sum(self.scored[c] for c in cells)
-        missed = sum(self.missed[c] for c in cells)
+        self._settle()
+        cells = [c for c in self._scored if c[0] in sorts and (age is None or c[1] == age)]
+        scored = sum(self._scored[c] for c in cells)
+        missed = sum(self._missed[c] for c in cells)
         return (1.0 - missed / scored if scored else float("nan")), scored
 
     def notes(self, now: Instant) -> list[Reason]:
         """The running coverage, and the newest miss."""
         share, scored = self.coverage()
+        at_rest, resting = self.coverage((STILL, SLOW))
         if not scored:
             return []
         wanted = self._bounds.level
         text = f"{100 * share:.1f} % of {scored} forecasts held, wanted {100 * wanted:g} %"
+        if resting:
+            text += f"; of {resting} of ships at rest {100 * at_rest:.1f} %"
         low = scored >= ENOUGH and share < wanted - SHORTFALL
         notes = [Reason("picture.coverage_low" if low else "note.coverage", text)]
         fresh = [m for m in self._misses if 0.0 <= elapsed_s(m.at, now) <= SHOWN_S]

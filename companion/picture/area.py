@@ -6,9 +6,13 @@ no row until the instant at which, at its top speed, it could have come within t
 
 import math
 
-from companion.geodesy import MAX_RANGE_M
-from companion.instant import Instant, after
+import numpy as np
 
+from companion.geodesy import MAX_RANGE_M
+from companion.instant import NS_PER_S, Instant
+from companion.messages import FloatArray, IntArray
+
+ALWAYS = Instant(-(2**62))
 _MEAN_RADIUS_M = 6_371_008.8
 _EQUATOR_M, _E2 = 6_378_137.0, 6.694379990141e-3  # WGS84
 _SPHERE_ERROR = 0.006  # the great circle on a sphere is off by up to 0.56 % of the ellipsoid's
@@ -25,15 +29,25 @@ def distance_m(
     return 2 * _MEAN_RADIUS_M * math.asin(min(1.0, math.sqrt(h)))
 
 
-def may_enter_at(measured_at: Instant, range_m: float, size_m: float, top_speed_mps: float) -> Instant | None:
-    """The first instant at which a ship, then `range_m` from the origin, can touch the area.
+def entries_ns(
+    origin_deg: tuple[float, float],
+    places_deg: FloatArray,
+    measured_at_ns: IntArray,
+    size_m: FloatArray,
+    top_speed_mps: FloatArray,
+) -> IntArray:
+    """(n,) the first instant at which each ship can touch the area around `origin_deg`.
 
-    None when it may have been there from the start.
-
-    `size_m` is whatever its set has beside the motion: hull and position error.
+    `ALWAYS` where it may have been there from the start.  `places_deg` (n, 2) are latitude and longitude
+    when measured; `size_m` is whatever its set has beside the motion: hull and position error.
     """
+    lat, other = math.radians(origin_deg[0]), np.radians(places_deg[:, 0])
+    half_east = np.sin(np.radians(places_deg[:, 1] - origin_deg[1]) / 2)
+    h = np.sin((other - lat) / 2) ** 2 + math.cos(lat) * np.cos(other) * half_east**2
+    range_m = 2 * _MEAN_RADIUS_M * np.arcsin(np.minimum(np.sqrt(h), 1.0))
     to_go_m = range_m * (1 - _SPHERE_ERROR) - size_m - MAX_RANGE_M
-    return None if to_go_m <= 0.0 else after(measured_at, to_go_m / top_speed_mps)
+    way_ns = np.rint(np.maximum(to_go_m, 0.0) / top_speed_mps * NS_PER_S).astype(np.int64)
+    return np.where(to_go_m > 0.0, measured_at_ns + way_ns, ALWAYS)
 
 
 def offset_m(

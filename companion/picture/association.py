@@ -15,8 +15,10 @@ A refuted place is remembered as the `ghost`, without a row, so that a rare seco
 busy number is recognised when it speaks again.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
+
+from msgspec.structs import replace
 
 from companion.instant import Instant
 from companion.messages import ContactReport
@@ -38,6 +40,9 @@ class Placement(StrEnum):
     QUARANTINED = "picture.quarantined"
     DUPLICATE = "picture.duplicate"
     OLDER = "picture.older"
+
+
+CONTINUED = Placement.CONTINUED  # the usual one, at hand
 
 
 @dataclass(slots=True, eq=False)
@@ -75,6 +80,18 @@ class Places:
             self.held.append(Hypothesis(gate.begin(report)))
             self.newest = self.held[0]
             return Placement.FIRST
+        if len(self.held) == 1 and self.ghost is None:  # as nearly always
+            only = self.held[0]
+            if only.motion.report.measured_at < report.measured_at and not same_measurement(
+                only.motion.report, report
+            ):
+                judgement = gate.judge(only.motion, report)
+                if judgement.plausible:
+                    only.motion = judgement.motion
+                    self.newest = only
+                    only.hits += 1
+                    only.elsewhere = 0
+                    return CONTINUED
         if any(same_measurement(h.report, report) for h in self.held):
             return Placement.DUPLICATE
         earlier = [h for h in self._known() if h.report.measured_at < report.measured_at]
@@ -98,7 +115,7 @@ class Places:
                 received_at=Instant(report.received_at + step_ns),
                 measured_at=Instant(report.measured_at + step_ns),
             )
-            place.motion = replace(place.motion, report=moved)
+            place.motion = place.motion._replace(report=moved)
             if place.history is not None:
                 place.history.move_clock(step_ns)
 

@@ -14,7 +14,7 @@ from companion.instant import Instant, elapsed_s
 from companion.messages import ContactReport
 from companion.picture.area import offset_m
 
-BACK_S, TOO_LONG_S = 45.0, 600.0
+BACK_S, LONG_BACK_S, TOO_LONG_S = 45.0, 240.0, 600.0
 KEPT_EVERY_S = 20.0
 UNDER_WAY_MPS = 0.5
 AT_REST_MPS = 0.3
@@ -37,6 +37,10 @@ FEATURES = (
     "log_heard",  # ln((time since the first report + 60 s) / 600 s)
     "class_b",  # 1 for a class B transponder
     "log_length",  # ln(length / 50 m), 0 while not known
+    "no_long_history",  # 1 when nothing was heard 240 to 600 s before
+    "log_long_deviation",  # as log_deviation, over 240 s and more, over 0.5 m/s
+    "log_worst_long_deviation",  # the worst of them, fading over 30 minutes, over 1 m/s
+    "working",  # 1 for fishing vessels, tows, dredgers, divers, tugs
 )
 Features = tuple[float, ...]
 
@@ -77,7 +81,18 @@ class Fix(NamedTuple):
 class Behaviour:
     """The memory of one ship's motion, from its reports in the order they were measured."""
 
-    __slots__ = ("_fastest", "_first", "_last", "_mean", "_past", "_recent", "_under_way_since", "_worst")
+    __slots__ = (
+        "_fastest",
+        "_first",
+        "_last",
+        "_long",
+        "_mean",
+        "_past",
+        "_recent",
+        "_under_way_since",
+        "_worst",
+        "_worst_long",
+    )
 
     def __init__(self) -> None:
         self._past: deque[Fix] = deque()  # no closer than KEPT_EVERY_S, the last TOO_LONG_S
@@ -87,6 +102,8 @@ class Behaviour:
         self._recent: tuple[float, float, float] | None = None  # deviation, turn, acceleration
         self._mean: float | None = None
         self._worst = 0.0
+        self._long: float | None = None  # deviation over a longer time
+        self._worst_long = 0.0
         self._fastest = 0.0
 
     def take(self, fix: Fix) -> None:
@@ -95,33 +112,36 @@ class Behaviour:
         self._first = fix.at if self._first is None else self._first
         self._last = fix.at
         self._fastest = max(self._fastest * math.exp(-since / WORST_MEMORY_S), fix.sog_mps or 0.0)
-        self._worst *= math.exp(-since / WORST_MEMORY_S)
+        faded = math.exp(-since / WORST_MEMORY_S)
+        self._worst *= faded
+        self._worst_long *= faded
         if not fix.is_under_way:
             self._under_way_since = None
         elif self._under_way_since is None:
             self._under_way_since = fix.at
         self._recent = None
-        back = self._back_from(fix)
+        back, long_back = self._back_from(fix, BACK_S), self._back_from(fix, LONG_BACK_S)
         if back is not None:
             self._compare(back, fix, since)
+        self._long = None if long_back is None else _deviation_mps(long_back, fix)
+        self._worst_long = max(self._worst_long, min(self._long or 0.0, LARGEST_MPS))
         if not self._past or elapsed_s(self._past[-1].at, fix.at) >= KEPT_EVERY_S:
             self._past.append(fix)
 
-    def _back_from(self, fix: Fix) -> Fix | None:
-        """The youngest fix that is old enough."""
+    def _back_from(self, fix: Fix, back_s: float) -> Fix | None:
+        """The youngest fix that is at least so old."""
         past = self._past
         while past and not 0.0 <= elapsed_s(past[0].at, fix.at) < TOO_LONG_S:
             past.popleft()
         for back in reversed(past):
-            if elapsed_s(back.at, fix.at) >= BACK_S:
+            if elapsed_s(back.at, fix.at) >= back_s:
                 return back
         return None
 
     def _compare(self, back: Fix, fix: Fix, since_s: float) -> None:
-        gap_s = elapsed_s(back.at, fix.at)
+        deviation = _deviation_mps(back, fix)
         if fix.is_under_way:
-            ahead, aside = fix.strayed_m(back)
-            deviation = math.hypot(ahead, aside) / gap_s
+            gap_s = elapsed_s(back.at, fix.at)
             turn = 0.0
             if back.is_under_way:
                 assert back.cog_rad is not None
@@ -131,11 +151,6 @@ class Behaviour:
             self._recent = deviation, turn, faster
             kept = math.exp(-since_s / MEAN_MEMORY_S)
             self._mean = deviation if self._mean is None else kept * self._mean + (1 - kept) * deviation
-        elif (fix.sog_mps or 0.0) < AT_REST_MPS and (back.sog_mps or 0.0) < AT_REST_MPS:
-            deviation = 0.0
-        else:
-            moved = offset_m(back.latitude_deg, back.longitude_deg, fix.latitude_deg, fix.longitude_deg)
-            deviation = math.hypot(*moved) / gap_s
         self._worst = max(self._worst, min(deviation, LARGEST_MPS))
 
     def features(
@@ -163,7 +178,22 @@ class Behaviour:
             _log_time(heard_s),
             1.0 if is_class_b else 0.0,
             math.log(max(length_m, 5.0) / 50.0) if length_m > 0.0 else 0.0,
+            0.0 if self._long is not None else 1.0,
+            _log_deviation(self._long, 0.5) if self._long is not None else 0.0,
+            _log_deviation(self._worst_long, 1.0) if heard_s > LONG_BACK_S else 0.0,
+            1.0 if 30 <= sort <= 35 or sort == 52 else 0.0,
         )
+
+
+def _deviation_mps(back: Fix, fix: Fix) -> float:
+    """How far off the present course and speed, run backward, put the ship, per second."""
+    gap_s = elapsed_s(back.at, fix.at)
+    if fix.is_under_way:
+        return math.hypot(*fix.strayed_m(back)) / gap_s
+    if (fix.sog_mps or 0.0) < AT_REST_MPS and (back.sog_mps or 0.0) < AT_REST_MPS:
+        return 0.0
+    moved = offset_m(back.latitude_deg, back.longitude_deg, fix.latitude_deg, fix.longitude_deg)
+    return math.hypot(*moved) / gap_s
 
 
 def _log_speed(mps: float) -> float:

@@ -1,6 +1,5 @@
 """Everything known of one MMSI: where it may be, what it is, and from which sources."""
 
-from collections import Counter
 from dataclasses import dataclass, field
 
 from companion.messages import ContactReport, Hull, Source, TargetKind
@@ -8,6 +7,8 @@ from companion.picture.association import Places
 from companion.picture.echo import Evidence
 from companion.picture.forecast import Craft
 from companion.picture.identity import Station
+
+_UNKNOWN = TargetKind.UNKNOWN
 
 
 @dataclass(slots=True, eq=False)
@@ -18,23 +19,37 @@ class Contact:
     station: Station
     places: Places = field(default_factory=Places)
     echo: Evidence = field(default_factory=Evidence)
-    heard_from: Counter[Source] = field(default_factory=Counter)
     kind: TargetKind = TargetKind.UNKNOWN
     hull: Hull | None = None
     ship_type: int | None = None
     name: str = ""
+    draught_m: float | None = None
+    heard_from: dict[Source, int] = field(default_factory=dict)  # reports from each source
+    _craft: Craft | None = None
 
     def complete(self, report: ContactReport) -> bool:
         """Take what the report says of the ship itself; True when that was news.  Silence erases nothing."""
-        before = self.kind, self.hull, self.ship_type, self.name
-        if report.kind is not TargetKind.UNKNOWN:
-            self.kind = report.kind
-        self.hull = report.hull or self.hull
-        self.ship_type = self.ship_type if report.ship_type is None else report.ship_type
-        self.name = report.name or self.name
-        return before != (self.kind, self.hull, self.ship_type, self.name)
+        source = report.source
+        self.heard_from[source] = self.heard_from.get(source, 0) + 1
+        is_news = False
+        if report.kind is not self.kind and report.kind is not _UNKNOWN:
+            self.kind, is_news = report.kind, True
+        if report.hull is not None and report.hull is not self.hull:
+            is_news |= report.hull != self.hull
+            self.hull = report.hull
+        if report.ship_type is not None and report.ship_type != self.ship_type:
+            self.ship_type, is_news = report.ship_type, True
+        if report.name is not None and report.name != self.name:
+            self.name, is_news = report.name, True
+        if report.draught_m is not None and report.draught_m != self.draught_m:
+            self.draught_m, is_news = report.draught_m, True
+        if is_news:
+            self._craft = None
+        return is_news
 
     def craft(self) -> Craft:
         """What bounds are conditioned on."""
-        length_m = self.hull.bow_m + self.hull.stern_m if self.hull else 0.0
-        return Craft(self.mmsi, self.kind is TargetKind.CLASS_B, self.ship_type, length_m)
+        if self._craft is None:
+            length_m = self.hull.bow_m + self.hull.stern_m if self.hull else 0.0
+            self._craft = Craft(self.mmsi, self.kind is TargetKind.CLASS_B, self.ship_type, length_m)
+        return self._craft

@@ -87,6 +87,8 @@ class EchoWatch:
         if self._own_mmsi and report.mmsi == self._own_mmsi:
             evidence.confirmed = True
             return
+        if evidence.genuine:  # for good: nothing that it says now can make it our echo
+            return
         likeness = self._compare(report)
         if likeness is Likeness.AGREES:
             self._agrees(evidence, report)

@@ -8,11 +8,14 @@ the forecasts that are about one of the watched ages old are scored, each once p
 from collections import deque
 from typing import NamedTuple, Protocol
 
-from companion.instant import Instant, elapsed_s
+from companion.instant import NS_PER_S, Instant, after, elapsed_s
 from companion.messages import ContactReport
 from companion.picture.behaviour import KEPT_EVERY_S, Behaviour, Features, Fix
 
 SHARE, LEAST_S = 0.1, 15.0  # how far from the watched age a score may lie
+THINNED_NS = 10 * NS_PER_S
+KEPT_EVERY_NS = round(KEPT_EVERY_S * NS_PER_S)
+NEVER_YET, NOT_DUE = Instant(-(2**62)), Instant(2**62)
 
 
 class Forecast(NamedTuple):
@@ -76,40 +79,86 @@ def tolerance_s(age_s: float) -> float:
 
 
 class History:
-    """One ship's behaviour and its pending forecasts."""
+    """One ship's behaviour and its pending forecasts.
 
-    __slots__ = ("_behaviour", "_kept", "_pending", "newest")
+    Thousands of reports a second come by: what is only needed now and then is made when it is.  The
+    behaviour looks at one every 10 s, and a forecast is made of one every 20 s.
+    """
+
+    __slots__ = (
+        "_at",
+        "_behaved",
+        "_behaviour",
+        "_craft",
+        "_due",
+        "_features",
+        "_kept",
+        "_pending",
+        "_report",
+    )
 
     def __init__(self, ages: int) -> None:
         self._behaviour = Behaviour()
+        self._behaved = NEVER_YET  # when the behaviour last took a report
+        self._features: Features | None = None  # as of then
         self._pending: tuple[deque[Forecast], ...] = tuple(deque() for _ in range(ages))
-        self._kept: Instant | None = None
-        self.newest: Forecast | None = None
+        self._kept = NEVER_YET
+        self._due = NOT_DUE  # the first instant at which a pending forecast may be scored
+        self._at = NEVER_YET
+        self._report: ContactReport | None = None
+        self._craft: Craft | None = None
 
     def take(self, report: ContactReport, craft: Craft, watch: Watch) -> None:
         """Score what is due against a believed report, then foretell from it."""
-        fix = Fix.of(report)
-        if self.newest is not None and fix.at < self.newest.fix.at:
+        at = report.measured_at
+        if at < self._at:
             return
-        self._score(fix, craft.mmsi, watch)
-        self._behaviour.take(fix)
-        features = self._behaviour.features(
-            fix, report.heading_rad is not None, craft.is_class_b, craft.ship_type, craft.length_m
-        )
-        self.newest = Forecast(fix, features, sort_of(craft.ship_type))
-        if self._kept is None or elapsed_s(self._kept, fix.at) >= KEPT_EVERY_S:
-            self._kept = fix.at
-            for pending in self._pending:
-                pending.append(self.newest)
+        if at >= self._due:
+            self._score(Fix.of(report), craft.mmsi, watch)
+        self._at, self._report, self._craft = at, report, craft
+        if at - self._behaved >= THINNED_NS:
+            self._behaved = at
+            self._behaviour.take(Fix.of(report))
+            self._features = None
+        if at - self._kept >= KEPT_EVERY_NS:
+            self._kept = at
+            known = self.known()
+            if known is not None:
+                forecast = Forecast(Fix.of(report), *known)
+                for pending in self._pending:
+                    pending.append(forecast)
+                self._due = self._next_due(watch)
+
+    def known(self) -> tuple[Features, int] | None:
+        """What the bounds of the newest report are conditioned on, and which of `SORTS` it is."""
+        craft, report = self._craft, self._report
+        if craft is None or report is None:
+            return None
+        if self._features is None:
+            self._features = self._behaviour.features(
+                Fix.of(report),
+                report.heading_rad is not None,
+                craft.is_class_b,
+                craft.ship_type,
+                craft.length_m,
+            )
+        return self._features, sort_of(craft.ship_type)
 
     def move_clock(self, step_ns: int) -> None:
         """The source's clock was set: what was foretold on the old one is not scored on the new one."""
-        self._behaviour, self._kept = Behaviour(), None
+        self.known()  # keeps what the old behaviour says
+        self._behaviour, self._behaved, self._kept, self._due = Behaviour(), NEVER_YET, NEVER_YET, NOT_DUE
         for pending in self._pending:
             pending.clear()
-        if self.newest is not None:
-            fix = self.newest.fix
-            self.newest = self.newest._replace(fix=fix._replace(at=Instant(fix.at + step_ns)))
+        self._at = Instant(self._at + step_ns)
+
+    def _next_due(self, watch: Watch) -> Instant:
+        firsts = [
+            after(pending[0].fix.at, age_s - tolerance_s(age_s))
+            for age_s, pending in zip(watch.ages_s, self._pending, strict=True)
+            if pending
+        ]
+        return min(firsts, default=NOT_DUE)
 
     def _score(self, fix: Fix, mmsi: int, watch: Watch) -> None:
         for k, age_s in enumerate(watch.ages_s):
@@ -123,3 +172,4 @@ class History:
                 if since_s <= age_s + slack_s:
                     ahead, aside = forecast.fix.strayed_m(fix)
                     watch.take(Outcome(mmsi, fix.at, forecast, k, since_s, ahead, aside))
+        self._due = self._next_due(watch)

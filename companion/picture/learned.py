@@ -1,20 +1,23 @@
 """Bounds learned from recorded traffic: how far a ship strays from its straight prediction.
 
-    scale_i(x)  = exp(base_i,k + sum_f weight_i,f (x_f - mean_f) / deviation_f)       i: ahead, astern, abeam
+    scale_i(x)  = exp(base_i,k + sum_f (weight_i,f + trend_k slope_i,f) (x_f - mean_f) / deviation_f)
     score       = ln( y_ahead / scale_ahead + y_astern / scale_astern + y_abeam / scale_abeam )   KITE
                   ln( the largest of the three )                                                  BOX
     set         = { y : score <= quantile_k(level) }         half sizes exp(quantile) * scale
 
-with x the `FEATURES` of a ship at its report, y >= 0 how far it is ahead or astern and abeam of the
-prediction, k the age.  The quantile is the split-conformal one, over vessels no scale was fitted on.
-A set never reaches beyond the way from the report at top speed: that bound needs no data.
+with x the `FEATURES` of a ship at its report, y >= 0 how far it is ahead or astern and abeam (i) of the
+prediction, k the age and trend_k = ln(age / 190 s) / 0.9.  The quantile is the split-conformal one, over
+vessels no scale was fitted on.  A set never reaches beyond the way from the report at top speed: that bound
+needs no data.
 
 The file is TOML, written and documented by `companion calibrate`.
 """
 
 import math
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from importlib import resources
 from pathlib import Path
 from typing import Literal
@@ -24,11 +27,13 @@ import numpy as np
 
 from companion.errors import ConfigError
 from companion.messages import SPREAD_AGES_S, FloatArray, Model
-from companion.picture.behaviour import FEATURES, Features
+from companion.picture.behaviour import FEATURES
+from companion.picture.forecast import Outcome
 
-VERSION = 1
+VERSION = 2
 SIDES = ("ahead", "astern", "abeam")
 GROWTH = 1.3  # errors grow as age ** GROWTH between the stated ages
+TREND = np.log(np.array(SPREAD_AGES_S) / 190.0) / 0.9
 LEAST_M = 1.0
 STILL_MPS = 0.1
 REMEDY = "write one with `companion calibrate TRAFFIC...`, or leave contacts.bounds_file empty"
@@ -42,6 +47,7 @@ class BoundsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     ages_s: tuple[float, ...]
     features: dict[str, tuple[float, float]]  # name -> mean, deviation
     weights: dict[str, tuple[float, float, float]]  # name -> of ahead, astern, abeam
+    slopes: dict[str, tuple[float, float, float]]  # the same, of the age's trend
     base: dict[str, tuple[float, ...]]  # side -> one for each age
     quantiles: dict[str, tuple[float, ...]]  # level -> one for each age
     still_m: dict[str, tuple[float, ...]]  # level -> how far ships at rest were by then
@@ -59,23 +65,27 @@ class LearnedBounds:
     level: float
     mean: FloatArray  # (F,)
     deviation: FloatArray
-    weights: FloatArray  # (3, F)
+    weights: FloatArray  # (K, 3, F)
     base: FloatArray  # (3, K)
     quantile: FloatArray  # (K,)
     still_m: FloatArray  # (K,) how far a ship at rest gets
     slow_m: FloatArray  # and one that creeps or swings at anchor
 
-    def log_scale(self, features: Features) -> FloatArray:
-        """(3, K) natural logarithms of the scales, metres."""
-        x = (np.array(features) - self.mean) / self.deviation
-        return np.asarray(self.base + (self.weights @ np.clip(x, -4.0, 4.0))[:, None])
-
-    def score(self, features: Features, k: int, age_s: float, ahead_m: float, aside_m: float) -> float:
-        """How far out an outcome is, in natural logarithms; above 0 (plus any raise) it is outside."""
-        scale = np.exp(self.log_scale(features)[:, k]) * (age_s / SPREAD_AGES_S[k]) ** GROWTH
-        out = max(ahead_m, 0.0) / scale[0], max(-ahead_m, 0.0) / scale[1], abs(aside_m) / scale[2]
-        whole = sum(out) if self.model is Model.KITE else max(out)
-        return math.log(max(whole, 1e-6)) - float(self.quantile[k])
+    def scores(self, outcomes: Sequence[Outcome]) -> FloatArray:
+        """(n,) how far out outcomes are, in natural logarithms; above 0 (plus any raise) is outside."""
+        features = np.array([o.forecast.features for o in outcomes]).reshape(-1, len(self.mean))
+        off = np.array([(o.watch, o.age_s, o.ahead_m, o.aside_m) for o in outcomes]).reshape(-1, 4)
+        k, age_s, ahead, aside = off[:, 0].astype(np.int64), off[:, 1], off[:, 2], off[:, 3]
+        x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
+        grown = (age_s / np.array(SPREAD_AGES_S)[k]) ** GROWTH
+        scale = np.exp(self.base[:, k] + np.einsum("nif,nf->in", self.weights[k], x)) * grown
+        out = np.stack((np.maximum(ahead, 0.0), np.maximum(-ahead, 0.0), np.abs(aside))) / scale
+        whole = out.sum(axis=0) if self.model is Model.KITE else out.max(axis=0)
+        under_way = np.log(np.maximum(whole, 1e-6)) - self.quantile[k]
+        sog = np.array([o.forecast.fix.sog_mps or 0.0 for o in outcomes])
+        radius = np.where(sog < STILL_MPS, self.still_m[k], self.slow_m[k]) * grown
+        at_rest = np.log(np.maximum(np.maximum(abs(ahead), abs(aside)) / radius, 1e-6))
+        return np.asarray(np.where([o.forecast.fix.is_under_way for o in outcomes], under_way, at_rest))
 
     def spread_m(
         self, features: FloatArray, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray
@@ -85,13 +95,16 @@ class LearnedBounds:
         `raised` (n, K) is added to the quantiles.
         """
         x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
-        log_scale = self.base.T + (x @ self.weights.T)[:, None, :]
+        log_scale = self.base.T + np.einsum("kif,nf->nki", self.weights, x)
         half = np.exp(log_scale + (self.quantile + raised)[:, :, None])
         return limited(np.maximum.accumulate(half, axis=1), sog_mps, top_mps)
 
-    def at_rest_m(self, sog_mps: FloatArray, top_mps: FloatArray) -> FloatArray:
-        """(n, K, 3) half sizes of the squares around ships not under way: at berth, at anchor, creeping."""
-        radius = np.where((sog_mps < STILL_MPS)[:, None], self.still_m, self.slow_m)
+    def at_rest_m(self, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray) -> FloatArray:
+        """(n, K, 3) half sizes of the squares around ships not under way: at berth, at anchor, creeping.
+
+        `raised` (n, K) is added to the logarithms.
+        """
+        radius = np.where((sog_mps < STILL_MPS)[:, None], self.still_m, self.slow_m) * np.exp(raised)
         return limited(np.repeat(radius[:, :, None], 3, axis=2), np.zeros(len(sog_mps)), top_mps)
 
 
@@ -107,6 +120,11 @@ def limited(half_m: FloatArray, sog_mps: FloatArray | float, top_mps: FloatArray
 def load(path_or_name: str, level: float) -> LearnedBounds:
     """Read a bounds file, or a packaged one by its name; raises `ConfigError` with the remedy."""
     return prepare(parse(_read(path_or_name), path_or_name), level, path_or_name)
+
+
+def digest(path_or_name: str) -> str:
+    """SHA-256 of a bounds file; "" for none."""
+    return sha256(_read(path_or_name).encode()).hexdigest() if path_or_name else ""
 
 
 def parse(text: str, origin: str) -> BoundsFile:
@@ -125,11 +143,16 @@ def parse(text: str, origin: str) -> BoundsFile:
     complete = (
         file.ages_s == SPREAD_AGES_S
         and tuple(file.features) == FEATURES
-        and tuple(file.weights) == FEATURES
+        and tuple(file.weights) == tuple(file.slopes) == FEATURES
         and tuple(file.base) == SIDES
         and all(len(row) == ages for row in rows)
         and all(deviation > 0 for _, deviation in file.features.values())
-        and all(map(math.isfinite, (x for row in (*rows, *file.weights.values()) for x in row)))
+        and all(
+            map(
+                math.isfinite,
+                (x for row in (*rows, *file.weights.values(), *file.slopes.values()) for x in row),
+            )
+        )
     )
     if not complete:
         raise ConfigError(f"{where}: its ages, features or sides are not this companion's; {REMEDY}")
@@ -143,12 +166,13 @@ def prepare(file: BoundsFile, level: float, origin: str) -> LearnedBounds:
         known = ", ".join(file.quantiles)
         raise ConfigError(f"contacts.bounds_level = {key}: '{origin}' states {known}; choose one of them")
     features = np.array(list(file.features.values()))
+    weights, slopes = (np.array([by[name] for name in FEATURES]).T for by in (file.weights, file.slopes))
     return LearnedBounds(
         model=Model.KITE if file.shape == "kite" else Model.BOX,
         level=level,
         mean=features[:, 0],
         deviation=features[:, 1],
-        weights=np.array([file.weights[name] for name in FEATURES]).T,
+        weights=weights + TREND[:, None, None] * slopes,
         base=np.array([file.base[side] for side in SIDES]),
         quantile=np.array(file.quantiles[key]),
         still_m=np.array(file.still_m[key]),

@@ -4,6 +4,7 @@ A code that begins with "note." informs; one that begins with "picture." is a do
 that rests on it is degraded.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -98,3 +99,26 @@ class Ledger:
                 more = f" and {len(which) - _NAMED} more" if len(which) > _NAMED else ""
                 found.append(Reason(rule.code, rule.text.format(which=named + more, count=len(which))))
         return found
+
+
+def not_a_ship(sender: Station) -> str:
+    """The key of `Picture.counts` for reports left out because of who sends them."""
+    return f"picture.not_a_ship.{sender.name.lower()}"
+
+
+def of_counts(counts: Counter[str], most_contacts: int) -> list[Reason]:
+    """What the fate of the reports so far is worth telling."""
+    found = []
+    left_out = {s: counts[not_a_ship(s)] for s in Station if counts[not_a_ship(s)]}
+    if left_out:
+        listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
+        found.append(Reason("note.not_ships", f"reports left out: {listed}"))
+    lost = counts["picture.refused_when_full"] + counts["picture.evicted_when_full"]
+    if lost:
+        text = f"{most_contacts} contacts, the most held; far ones left out {lost} times"
+        found.append(Reason("picture.full", text))
+    if counts["picture.clock_set_back"]:
+        times = counts["picture.clock_set_back"]
+        text = f"the clock was set back {times} times; ages went on from there"
+        found.append(Reason("note.clock_set_back", text))
+    return found

@@ -13,30 +13,29 @@ import numpy as np
 
 from companion import config
 from companion.geodesy import LocalFrame
-from companion.instant import NS_PER_S, Instant, elapsed_s
+from companion.instant import NS_PER_S, Instant
 from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, TargetKind, Tracks
 from companion.picture import learned
 from companion.picture.adaptation import Adaptation
-from companion.picture.ageing import REST_MPS
-from companion.picture.area import distance_m, may_enter_at
-from companion.picture.association import Hypothesis, Placement
+from companion.picture.association import CONTINUED, Placement
 from companion.picture.bounds import Assumptions
 from companion.picture.capacity import Room
 from companion.picture.contact import Contact
 from companion.picture.echo import EchoWatch, Evidence
 from companion.picture.forecast import History, Watch
 from companion.picture.identity import Station, may_be_a_ship, station
-from companion.picture.listening import Listening
-from companion.picture.notes import Ledger
+from companion.picture.listening import Listening, Silence
+from companion.picture.notes import Ledger, not_a_ship, of_counts
 from companion.picture.own_sources import OwnSources
 from companion.picture.plausibility import Gate
 from companion.picture.reports import cleaned, has_position
-from companion.picture.table import NEVER, Row, Table
+from companion.picture.rows import Rows
 
 MOST_CONTACTS = 5000
 CLOCK_STEP_S = 60.0  # a log's clock that goes back by more was set, and not a report that came late
 STEP_TOOK_S = 10.0
-SILENT_S = 180.0
+_CLOCK_STEP_NS = round(CLOCK_STEP_S * NS_PER_S)
+_AIRCRAFT = TargetKind.AIRCRAFT
 _BELIEVED = {Placement.FIRST, Placement.CONTINUED, Placement.CONFIRMED}
 
 
@@ -65,19 +64,16 @@ class Picture:
         self._gate = Gate(self._assumptions)
         self._echo = EchoWatch(contacts.own_mmsi)
         self.listening = Listening(surfaced_depth_m)
+        self._silence = Silence(self.listening)
         self.own_sources = OwnSources()
         self._contacts: dict[int, Contact] = {}
         self._most_contacts = most_contacts
         self._touched: set[int] = set()  # rows to be written
         self._unjudged: set[int] = set()  # notes to be judged
         self._ledger = Ledger()
-        self._table = Table()
-        self._slots: dict[int, list[int]] = {}  # of an MMSI's places, in the order of its places
-        self._owner: dict[int, int] = {}  # slot -> mmsi
+        self._rows = Rows(self._assumptions, self.adaptation)
         self._room = Room()
         self._frame: LocalFrame | None = None
-        self._next_change = NEVER
-        self._last: Tracks = self._table.tracks()
         self.counts: Counter[str] = Counter()
         self.reports_heard = 0
         self.last_heard: Instant | None = None
@@ -113,37 +109,47 @@ class Picture:
     def observe(self, report: ContactReport) -> None:
         """Take one report, from any source, in any order."""
         self.reports_heard += 1
-        if self.last_heard is not None and elapsed_s(report.received_at, self.last_heard) > CLOCK_STEP_S:
-            self._follow_clock(report.received_at - self.last_heard)
-            self.last_heard = report.received_at
-        self.last_heard = max(report.received_at, self.last_heard or report.received_at)
-        if report.kind is TargetKind.AIRCRAFT:  # its number is of another kind than a ship's
-            self.counts[_not_a_ship(Station.AIRCRAFT)] += 1
+        received, last = report.received_at, self.last_heard
+        if last is None or received >= last:
+            self.last_heard = received
+        elif last - received > _CLOCK_STEP_NS:
+            self._follow_clock(received - last)
+            self.last_heard = received
+        if report.kind is _AIRCRAFT:  # its number is of another kind than a ship's
+            self.counts[not_a_ship(Station.AIRCRAFT)] += 1
             return
         report = cleaned(report, self.counts)
-        contact = self._contacts.get(report.mmsi) or self._admit(report)
+        mmsi = report.mmsi
+        contact = self._contacts.get(mmsi) or self._admit(report)
         if contact is None:
             return
-        contact.heard_from[report.source] += 1
-        self._unjudged.add(report.mmsi)
+        self._unjudged.add(mmsi)
         if contact.complete(report):
-            self._touched.add(report.mmsi)
+            self._touched.add(mmsi)
         if not has_position(report):
             self.counts["picture.static"] += 1
             return
         self._echo.weigh(contact.echo, report)
-        before = list(contact.places.held)
-        placement = contact.places.take(report, self._gate)
-        self.counts[placement.value] += 1
-        self._touched.add(report.mmsi)
+        self._touched.add(mmsi)
+        placement = self._place(contact, report)
         if self._watch is not None and placement in _BELIEVED and contact.places.newest is not None:
             place = contact.places.newest
             if place.history is None:
                 place.history = History(len(self._watch.ages_s))
             place.history.take(report, contact.craft(), self._watch)
+
+    def _place(self, contact: Contact, report: ContactReport) -> Placement:
+        places = contact.places
+        before = tuple(places.held) if len(places.held) > 1 else ()  # a single one stays
+        placement = places.take(report, self._gate)
+        if placement is CONTINUED:
+            self.counts["picture.continued"] += 1
+        else:
+            self.counts[placement.value] += 1
         for gone in before:
-            if gone not in contact.places.held:
+            if gone not in places.held:
                 self.counts["picture.refuted" if gone.suspect else "picture.place_given_up"] += 1
+        return placement
 
     def tracks(self, now: Instant, frame: LocalFrame) -> Tracks:
         """All contacts that may be in the area, in MMSI order; the same object while nothing changed.
@@ -153,17 +159,15 @@ class Picture:
         if frame != self._frame:
             self._frame = frame
             self._touched.update(self._contacts)
-        if now >= self._next_change:
-            due = {self._owner[slot] for slot in self._table.due(now)}
+        if now >= self._rows.next_change:
+            due = self._rows.due(now)
             self._touched |= due
             self._unjudged |= due
         elif not self._touched:
-            return self._last
-        self._write([self._contacts[mmsi] for mmsi in sorted(self._touched)], now, frame)
+            return self._rows.tracks()
+        self._rows.write((self._contacts[mmsi] for mmsi in sorted(self._touched)), now, frame)
         self._touched.clear()
-        self._next_change = self._table.next_change()
-        self._last = self._table.tracks()
-        return self._last
+        return self._rows.tracks()
 
     def notes(self, now: Instant) -> list[Reason]:
         """What an operator should know, a bounded number of sentences."""
@@ -171,32 +175,15 @@ class Picture:
             self._ledger.enter(self._contacts[mmsi], now)
         self._unjudged.clear()
         found = self.own_sources.doubts(now) + self._ledger.reasons()
-        left_out = {s: self.counts[_not_a_ship(s)] for s in Station if self.counts[_not_a_ship(s)]}
-        if left_out:
-            listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
-            found.append(Reason("note.not_ships", f"reports left out: {listed}"))
-        lost = self.counts["picture.refused_when_full"] + self.counts["picture.evicted_when_full"]
-        if lost:
-            text = f"{self._most_contacts} contacts, the most held; far ones left out {lost} times"
-            found.append(Reason("picture.full", text))
-        if self.counts["picture.clock_set_back"]:
-            times = self.counts["picture.clock_set_back"]
-            text = f"the clock was set back {times} times; ages went on from there"
-            found.append(Reason("note.clock_set_back", text))
+        found += of_counts(self.counts, self._most_contacts)
+        found += self._silence.notes(self._contacts.values(), self.last_heard, now)
         if self.adaptation is not None:
             found += self.adaptation.notes(now)
         return found
 
     def silent(self, now: Instant) -> list[int]:
-        """The ships under way not heard of for `SILENT_S` in which we listened, in MMSI order."""
-        gone = []
-        for mmsi, contact in sorted(self._contacts.items()):
-            held = contact.places.held
-            if held and (held[-1].report.sog_mps or 0.0) > REST_MPS and not contact.echo.hides(now):
-                since = held[-1].report.measured_at
-                if elapsed_s(since, now) > SILENT_S and self.listening.listened_s(since, now) > SILENT_S:
-                    gone.append(mmsi)
-        return gone
+        """The ships under way not heard of for a while in which we listened, in MMSI order."""
+        return self._silence.silent(self._contacts.values(), now)
 
     def _follow_clock(self, step_ns: int) -> None:
         """The source's clock was set back: every instant known moves with it, and ages go on.
@@ -215,7 +202,7 @@ class Picture:
         """A contact for a number not known yet, unless it is no ship or there is no room."""
         sender = station(report.mmsi)
         if not may_be_a_ship(sender, report):
-            self.counts[_not_a_ship(sender)] += 1
+            self.counts[not_a_ship(sender)] += 1
             return None
         if len(self._contacts) >= self._most_contacts:
             gone = self._room.made_by(report, self._contacts.values(), self._echo.newest_place())
@@ -228,110 +215,8 @@ class Picture:
         return contact
 
     def _forget(self, mmsi: int) -> None:
-        self._resize(mmsi, 0)
+        self._rows.remove(mmsi)
         self._touched.discard(mmsi)
         self._unjudged.discard(mmsi)
         self._ledger.strike(mmsi)
         del self._contacts[mmsi]
-        self._next_change = Instant(-(2**62))  # the rows are told anew
-
-    def _write(self, touched: list[Contact], now: Instant, frame: LocalFrame) -> None:
-        """Tell the rows of `touched` anew; what takes numpy is done for all of them at once."""
-        places = [(contact, place) for contact in touched for place in contact.places.held]
-        latitude = np.array([place.report.latitude_deg for _, place in places], dtype=np.float64)
-        longitude = np.array([place.report.longitude_deg for _, place in places], dtype=np.float64)
-        north, east = frame.to_local_many(latitude, longitude) if places else (latitude, longitude)
-        spreads = self._spreads_m([place for _, place in places])
-        at = 0
-        for contact in touched:
-            for slot in self._resize(contact.mmsi, len(contact.places.held)):
-                place = places[at][1]
-                row = self._row(contact, place, now, frame, (float(north[at]), float(east[at])), spreads[at])
-                self._table.write(slot, row)
-                at += 1
-
-    def _row(
-        self,
-        contact: Contact,
-        place: Hypothesis,
-        now: Instant,
-        frame: LocalFrame,
-        local_m: tuple[float, float],
-        spread: FloatArray | None,
-    ) -> Row:
-        report = place.report
-        assert report.latitude_deg is not None
-        assert report.longitude_deg is not None
-        bounds = self._assumptions.of(report, contact.hull, contact.kind, spread)
-        hull_m = max(bounds.bow_m, bounds.stern_m) + max(bounds.port_m, bounds.starboard_m)
-        range_m = distance_m(
-            frame.latitude_deg, frame.longitude_deg, report.latitude_deg, report.longitude_deg
-        )
-        enters_at = may_enter_at(
-            report.measured_at,
-            range_m,
-            hull_m + bounds.position_error_m,
-            self._assumptions.top_speed_mps(report),
-        )
-        shown = (enters_at is None or enters_at <= now) and not contact.echo.hides(now)
-        # a place beyond the horizon has no coordinates on the tangent plane, and needs none
-        north_m, east_m = local_m if shown else (0.0, 0.0)
-        turns = (enters_at, contact.echo.hidden_until)
-        return Row(
-            mmsi=contact.mmsi,
-            measured_at=report.measured_at,
-            north_m=north_m,
-            east_m=east_m,
-            bounds=bounds,
-            name=contact.name,
-            shown=shown,
-            spread_m=() if spread is None else tuple(spread.ravel().tolist()),
-            changes_at=min((t for t in turns if t is not None and t > now), default=NEVER),
-        )
-
-    def _spreads_m(self, places: list[Hypothesis]) -> list[FloatArray | None]:
-        """(K, 3) for each place: how far recorded ships like it strayed; None where that is not known."""
-        found: list[FloatArray | None] = [None] * len(places)
-        bounds, adaptation = self._assumptions.learned, self.adaptation
-        if bounds is None or adaptation is None:
-            return found
-        rest, way = [], []
-        for i, place in enumerate(places):
-            forecast = place.history.newest if place.history else None
-            if self._assumptions.is_slow(place.report):
-                rest.append(i)
-            elif forecast is not None and forecast.fix.is_under_way:
-                way.append((i, forecast))
-        for_these = [i for i, _ in way]
-        if rest:
-            for i, spread in zip(rest, bounds.at_rest_m(*self._speeds(places, rest)), strict=True):
-                found[i] = spread
-        if way:
-            features = np.array([forecast.features for _, forecast in way])
-            raised = np.array([adaptation.raised(forecast.sort) for _, forecast in way])
-            spreads = bounds.spread_m(features, raised, *self._speeds(places, for_these))
-            for i, spread in zip(for_these, spreads, strict=True):
-                found[i] = spread
-        return found
-
-    def _speeds(self, places: list[Hypothesis], rows: list[int]) -> tuple[FloatArray, FloatArray]:
-        """(n,) speed reported and top speed."""
-        reports = [places[i].report for i in rows]
-        top = [self._assumptions.top_speed_mps(report) for report in reports]
-        return np.array([report.sog_mps or 0.0 for report in reports]), np.array(top)
-
-    def _resize(self, mmsi: int, wanted: int) -> list[int]:
-        slots = self._slots.setdefault(mmsi, [])
-        while len(slots) < wanted:
-            slots.append(self._table.new_slot())
-            self._owner[slots[-1]] = mmsi
-        while len(slots) > wanted:
-            self._owner.pop(slots[-1])
-            self._table.release(slots.pop())
-        if not slots:
-            del self._slots[mmsi]
-        return slots
-
-
-def _not_a_ship(sender: Station) -> str:
-    return f"picture.not_a_ship.{sender.name.lower()}"

@@ -13,24 +13,26 @@ is steered by.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from companion.instant import elapsed_s
+from companion.instant import NS_PER_S, elapsed_s
 from companion.messages import ContactReport, TargetKind
 from companion.picture.area import distance_m, offset_m
 from companion.picture.bounds import Assumptions
 from companion.picture.turning_mode import TurningMode
 
 GATE = {4: 23.5, 2: 18.4}  # chi-square quantiles 0.9999 for 4 and 2 degrees of freedom
-_ACCELERATION_MPS2 = {TargetKind.CLASS_A: 0.5, TargetKind.CLASS_B: 1.5, TargetKind.UNKNOWN: 1.5}
+_GATE_BOTH, _GATE_POSITION = GATE[4], GATE[2]
+_CLASS_A = TargetKind.CLASS_A
+_SLUGGISH_MPS2, _NIMBLE_MPS2 = 0.5, 1.5  # accelerations of class A, and of all others
+_PLANE_M = 10_000.0
 _VELOCITY_SIGMA_MPS = 0.5
 _SPEED_MARGIN = 1.25  # what is possible is a little more than what is expected
 
 Pair = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class Motion(NamedTuple):
     """A ship's fix with its filter, relative to the fix."""
 
     report: ContactReport
@@ -40,8 +42,7 @@ class Motion:
     turn_radps: float = 0.0  # of the course between the last two fixes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Judgement:
+class Judgement(NamedTuple):
     """What the gate found.
 
     `surprise` is twice the negative log likelihood but for a constant: the squared, normalised
@@ -61,6 +62,9 @@ class Gate:
     def __init__(self, assumptions: Assumptions) -> None:
         self._assumptions = assumptions
         self._turning = TurningMode()
+        # at hand, since every report is judged: what any ship can do, and two sigma of either flag
+        self._any_ship_mps = _SPEED_MARGIN * assumptions.contacts.top_speed_mps
+        self._errors_m = assumptions.contacts.coarse_position_error_m, assumptions.contacts.position_error_m
 
     def begin(self, report: ContactReport, turn_radps: float = 0.0) -> Motion:
         """The motion a single report tells; its position must be there."""
@@ -71,19 +75,27 @@ class Gate:
 
     def judge(self, known: Motion, report: ContactReport) -> Judgement:
         """Whether `report`, measured after `known`, can be the same ship."""
-        dt = elapsed_s(known.report.measured_at, report.measured_at)
-        moved = offset_m(*_place(known.report), *_place(report))
-        if not self._is_possible(known.report, report, moved):
+        before = known.report
+        dt = (report.measured_at - before.measured_at) / NS_PER_S
+        moved = offset_m(
+            before.latitude_deg,  # type: ignore[arg-type]  # reports with a position only, in all of this
+            before.longitude_deg,  # type: ignore[arg-type]
+            report.latitude_deg,  # type: ignore[arg-type]
+            report.longitude_deg,  # type: ignore[arg-type]
+        )
+        off_m = math.hypot(moved[0], moved[1])
+        at_ease_m = min(self._any_ship_mps * dt, _PLANE_M)
+        if off_m > at_ease_m and not self._is_possible(before, report, moved, dt):
             return Judgement(False, math.inf, self.begin(report))
-        acceleration = _ACCELERATION_MPS2[report.kind]
+        acceleration = _SLUGGISH_MPS2 if report.kind is _CLASS_A else _NIMBLE_MPS2
         drift = (acceleration * dt * dt / 2) ** 2, (acceleration * dt) ** 2
         sigma_m2 = self._sigma_m(report) ** 2
         velocity = _velocity_mps(report)
-        turn = _turn_radps(known.report, report, dt)
+        turn = _turn_radps(before, report, dt)
         straight = _update(known, moved, velocity, dt, drift, sigma_m2)
-        size = 2 if velocity is None else 4
-        if straight[0] <= GATE[size]:
-            return Judgement(True, straight[1], Motion(report, *straight[2:], turn))
+        gate = _GATE_POSITION if velocity is None else _GATE_BOTH
+        if straight[0] <= gate:
+            return Judgement(True, straight[1], Motion(report, straight[2], straight[3], straight[4], turn))
         innovation, surprise = self._turning.judge(
             (*known.offset_m, *known.velocity_mps),
             known.covariance,
@@ -93,28 +105,29 @@ class Gate:
             drift,
             (sigma_m2, _VELOCITY_SIGMA_MPS**2),
         )
-        if innovation <= GATE[size]:
+        if innovation <= gate:
             return Judgement(True, surprise, self.begin(report, turn))
         return Judgement(False, straight[1], Motion(report, *straight[2:], turn))
 
     def can_lead_to(self, before: ContactReport, report: ContactReport) -> bool:
         """Whether the way from one place to the other is possible at all in the time between."""
-        return self._is_possible(before, report, offset_m(*_place(before), *_place(report)))
+        moved = offset_m(*_place(before), *_place(report))
+        return self._is_possible(before, report, moved, elapsed_s(before.measured_at, report.measured_at))
 
-    def _is_possible(self, before: ContactReport, report: ContactReport, moved_m: Pair) -> bool:
+    def _is_possible(self, before: ContactReport, report: ContactReport, moved_m: Pair, dt: float) -> bool:
         """The distance on the plane serves up to 10 km, beyond it that on the sphere."""
+        off_m = math.hypot(*moved_m)
+        time_s = dt + before.age_error_s + report.age_error_s
         top_mps = max(self._assumptions.top_speed_mps(before), self._assumptions.top_speed_mps(report))
-        time_s = elapsed_s(before.measured_at, report.measured_at) + before.age_error_s + report.age_error_s
         errors_m = self._assumptions.position_error_m(before) + self._assumptions.position_error_m(report)
         room_m = _SPEED_MARGIN * top_mps * time_s + errors_m
-        off_m = math.hypot(*moved_m)
-        if off_m < 10_000.0:
+        if off_m < _PLANE_M:
             return off_m <= room_m
         return distance_m(*_place(before), *_place(report)) <= room_m
 
     def _sigma_m(self, report: ContactReport) -> float:
         """The bounds are taken for two sigma here."""
-        return self._assumptions.position_error_m(report) / 2 + (report.sog_mps or 0.0) * report.age_error_s
+        return self._errors_m[report.accurate] / 2 + (report.sog_mps or 0.0) * report.age_error_s
 
 
 def _update(

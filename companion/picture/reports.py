@@ -2,10 +2,11 @@
 
 import math
 from collections import Counter
-from dataclasses import replace
 
-from companion.instant import Instant, after
-from companion.messages import ContactReport
+from msgspec.structs import replace
+
+from companion.instant import NS_PER_S, after
+from companion.messages import ContactReport, Hull
 
 SAME_MEASUREMENT_S = 0.5
 FASTEST_MPS = 53.0  # AIS ends at 102.2 knots, 52.6 m/s
@@ -21,19 +22,17 @@ def cleaned(report: ContactReport, counts: Counter[str]) -> ContactReport:
     are counted.
     """
     lat, lon, sog = report.latitude_deg, report.longitude_deg, report.sog_mps
-    if not ((lat is None and lon is None) or _on_the_globe(lat, lon)):
+    cog, heading, hull = report.cog_rad, report.heading_rad, report.hull
+    if (lat is not None or lon is not None) and not _on_the_globe(lat, lon):
         counts["picture.bad_position"] += 1
         report = replace(report, latitude_deg=None, longitude_deg=None)
     if sog is not None and not 0.0 <= sog <= FASTEST_MPS:
         counts["picture.bad_speed"] += 1
         report = replace(report, sog_mps=None)
-    cog, heading = _finite(report.cog_rad), _finite(report.heading_rad)
-    if (cog, heading) != (report.cog_rad, report.heading_rad):
+    if not ((cog is None or math.isfinite(cog)) and (heading is None or math.isfinite(heading))):
         counts["picture.bad_angle"] += 1
-        report = replace(report, cog_rad=cog, heading_rad=heading)
-    if report.hull is not None and not _is_hull(
-        report.hull.bow_m, report.hull.stern_m, report.hull.port_m, report.hull.starboard_m
-    ):
+        report = replace(report, cog_rad=_finite(cog), heading_rad=_finite(heading))
+    if hull is not None and not _is_hull(hull):
         counts["picture.bad_hull"] += 1
         report = replace(report, hull=None)
     if report.measured_at > report.received_at:
@@ -50,17 +49,20 @@ def has_position(report: ContactReport) -> bool:
 
 def same_measurement(known: ContactReport, report: ContactReport) -> bool:
     """Whether `report` is `known` sent again: the same place at the same time, within the stamps' errors."""
-    assert known.latitude_deg is not None
-    assert known.longitude_deg is not None
-    assert report.latitude_deg is not None
-    assert report.longitude_deg is not None
-    within_s = min(SAME_MEASUREMENT_S + known.age_error_s + report.age_error_s, _LONGEST_S)
-    return (
-        abs(report.latitude_deg - known.latitude_deg) <= _SAME_PLACE_DEG
-        and abs(report.longitude_deg - known.longitude_deg) <= _SAME_PLACE_DEG
-        and Instant(known.measured_at) <= after(report.measured_at, within_s)
-        and Instant(report.measured_at) <= after(known.measured_at, within_s)
+    lat, lon, known_lat, known_lon = (
+        report.latitude_deg,
+        report.longitude_deg,
+        known.latitude_deg,
+        known.longitude_deg,
     )
+    assert lat is not None
+    assert lon is not None
+    assert known_lat is not None
+    assert known_lon is not None
+    if abs(lat - known_lat) > _SAME_PLACE_DEG or abs(lon - known_lon) > _SAME_PLACE_DEG:
+        return False
+    within_s = min(SAME_MEASUREMENT_S + known.age_error_s + report.age_error_s, _LONGEST_S)
+    return abs(report.measured_at - known.measured_at) <= round(within_s * NS_PER_S)
 
 
 def _on_the_globe(latitude_deg: float | None, longitude_deg: float | None) -> bool:
@@ -73,5 +75,10 @@ def _finite(angle_rad: float | None) -> float | None:
     return angle_rad if angle_rad is not None and math.isfinite(angle_rad) else None
 
 
-def _is_hull(*extent_m: float) -> bool:
-    return all(0.0 <= side <= LONGEST_SIDE_M for side in extent_m)
+def _is_hull(hull: Hull) -> bool:
+    return (
+        0.0 <= hull.bow_m <= LONGEST_SIDE_M
+        and 0.0 <= hull.stern_m <= LONGEST_SIDE_M
+        and 0.0 <= hull.port_m <= LONGEST_SIDE_M
+        and 0.0 <= hull.starboard_m <= LONGEST_SIDE_M
+    )

@@ -1,35 +1,35 @@
 """Rows of bounds as arrays: one slot per hypothesis, sorted into `Tracks` when something changed."""
 
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from companion.instant import Instant
-from companion.messages import SPREAD_AGES_S, FloatArray, IntArray, Tracks
+from companion.messages import SPREAD_AGES_S, BoolArray, FloatArray, IntArray, Tracks
 from companion.picture.bounds import Bounds
 
 NEVER = Instant(2**63 - 1)
-_COLUMNS = ("north_m", "east_m", *Bounds._fields)
+_COLUMNS = ("north_m", "east_m", *Bounds._fields, "draught_m")
 _MODEL = _COLUMNS.index("model")
 _SPREAD = (len(SPREAD_AGES_S), 3)
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One slot's contents; only `shown` rows are in the tracks.
+class Block(NamedTuple):
+    """What n slots are to say; only `shown` rows are in the tracks.
 
-    `changes_at` is when it must be looked at again, and no part of what it says.
+    `changes_at` is when a row must be looked at again, and no part of what it says.
     """
 
-    mmsi: int
-    measured_at: Instant
-    north_m: float
-    east_m: float
+    mmsi: IntArray
+    measured_at: IntArray
+    north_m: FloatArray
+    east_m: FloatArray
     bounds: Bounds
-    name: str
-    shown: bool
-    changes_at: Instant = field(compare=False)
-    spread_m: tuple[float, ...] = ()  # of `Tracks.spread_m`, flat; empty for other models
+    draught_m: FloatArray
+    spread_m: FloatArray  # (n, K, 3), or (n, 0, 3) where no row has one
+    names: list[str]
+    shown: BoolArray
+    changes_at: IntArray
 
 
 class Table:
@@ -37,12 +37,15 @@ class Table:
 
     def __init__(self) -> None:
         self._free: list[int] = []
-        self._rows: list[Row | None] = []
+        self._used = 0
+        self._names: list[str] = []
         self._values = np.zeros((len(_COLUMNS), 64))
         self._whole = np.zeros((2, 64), dtype=np.int64)  # mmsi, measured_at
-        self._spread: FloatArray | None = None  # (slots, 4, 3) once a row has one
+        self._spread: FloatArray | None = None  # (slots, K, 3) once a row has one
+        self._shown = np.zeros(64, dtype=np.bool_)
         self._changes_at = np.full(64, NEVER, dtype=np.int64)
         self._order: IntArray | None = None
+        self._named: tuple[str, ...] | None = None
         self._revision = 0
         self._tracks = self._build()
 
@@ -50,43 +53,60 @@ class Table:
         """A slot without a row."""
         if self._free:
             return self._free.pop()
-        self._rows.append(None)
-        if len(self._rows) > len(self._changes_at):
-            more = len(self._changes_at)
+        self._used += 1
+        self._names.append("")
+        more = len(self._shown)
+        if self._used > more:
             self._values = np.concatenate((self._values, np.zeros((len(_COLUMNS), more))), axis=1)
             self._whole = np.concatenate((self._whole, np.zeros((2, more), dtype=np.int64)), axis=1)
+            self._shown = np.concatenate((self._shown, np.zeros(more, dtype=np.bool_)))
             self._changes_at = np.concatenate((self._changes_at, np.full(more, NEVER, dtype=np.int64)))
             if self._spread is not None:
                 self._spread = np.concatenate((self._spread, np.zeros((more, *_SPREAD))))
-        return len(self._rows) - 1
+        return self._used - 1
 
-    def write(self, slot: int, row: Row) -> None:
-        """Set a slot's row."""
-        old = self._rows[slot]
-        self._rows[slot] = row
-        self._changes_at[slot] = row.changes_at
-        was_shown = old is not None and old.shown
-        if not (was_shown or row.shown):
-            return
-        if was_shown != row.shown or (old is not None and old.mmsi != row.mmsi):
+    def write(self, slots: IntArray, block: Block) -> None:
+        """Set the rows of n different slots."""
+        self._changes_at[slots] = block.changes_at
+        if not np.array_equal(self._shown[slots], block.shown):
+            self._shown[slots] = block.shown
             self._order = None
             self._stale = True
-        if row.shown and row != old:
-            self._values[:, slot] = (row.north_m, row.east_m, *row.bounds)
-            self._whole[:, slot] = (row.mmsi, row.measured_at)
-            if row.spread_m and self._spread is None:
-                self._spread = np.zeros((len(self._changes_at), *_SPREAD))
-            if self._spread is not None:
-                self._spread[slot] = np.reshape(row.spread_m, _SPREAD) if row.spread_m else 0.0
-            self._stale = True
+        whole = np.array((block.mmsi, block.measured_at))
+        values = np.array((block.north_m, block.east_m, *block.bounds, block.draught_m))
+        if self._spread is None and block.spread_m.shape[1]:
+            self._spread = np.zeros((len(self._shown), *_SPREAD))
+        if not np.array_equal(self._whole[0, slots], whole[0]):
+            self._order = None
+        self._change(self._whole, (slice(None), slots), whole, block.shown)
+        self._change(self._values, (slice(None), slots), values, block.shown)
+        if self._spread is not None:
+            spread = block.spread_m if block.spread_m.shape[1] else np.zeros((len(slots), *_SPREAD))
+            self._change(self._spread, slots, spread, block.shown[:, None, None])
+        for slot, name in zip(slots.tolist(), block.names, strict=True):
+            if self._names[slot] != name:
+                self._names[slot] = name
+                self._named = None
+                self._stale = True
+
+    def _change(
+        self,
+        held: FloatArray | IntArray,
+        where: IntArray | tuple[slice, IntArray],
+        values: FloatArray | IntArray,
+        shown: BoolArray,
+    ) -> None:
+        """What nobody sees changes nothing."""
+        same = (held[where] == values) | ((held[where] != held[where]) & (values != values))  # noqa: PLR0124
+        self._stale |= not (same | ~shown).all()
+        held[where] = values
 
     def release(self, slot: int) -> None:
         """Take a slot back."""
-        old = self._rows[slot]
-        self._rows[slot] = None
         self._changes_at[slot] = NEVER
         self._free.append(slot)
-        if old is not None and old.shown:
+        if self._shown[slot]:
+            self._shown[slot] = False
             self._order = None
             self._stale = True
 
@@ -108,8 +128,11 @@ class Table:
     def _build(self) -> Tracks:
         self._stale = False
         if self._order is None:
-            shown = [(row.mmsi, slot) for slot, row in enumerate(self._rows) if row and row.shown]
-            self._order = np.array([slot for _, slot in sorted(shown)], dtype=np.int64)
+            shown = np.flatnonzero(self._shown)
+            self._order = shown[np.argsort(self._whole[0, shown], kind="stable")]
+            self._named = None
+        if self._named is None:
+            self._named = tuple(self._names[slot] for slot in self._order)
         values = np.take(self._values, self._order, axis=1)
         whole = np.take(self._whole, self._order, axis=1)
         model = values[_MODEL].astype(np.int64)
@@ -124,6 +147,6 @@ class Table:
             measured_at_ns=whole[1],
             model=model,
             spread_m=spread,
-            names=tuple(row.name for slot in self._order if (row := self._rows[slot])),
+            names=self._named,
             **columns,
         )

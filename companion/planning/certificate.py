@@ -1,6 +1,7 @@
 """The certificate beside a model, and its check: seconds, no torch, another method than its maker.
 
-What is proven, for every course noise w in the model's range and every grid direction b:
+A turning network's proof is in `turning_proof`.  Of a straight ship's network is proven, for every course
+noise w in the model's range and every grid direction b:
 
     0 <= N^(w) - cos(max(|b| - w, 0)) <= eps
 
@@ -25,7 +26,8 @@ import numpy as np
 
 from companion.errors import ModelError
 from companion.messages import FloatArray
-from companion.planning.model_file import METADATA_KEY, decode_metadata, read_bytes
+from companion.planning import turning_proof
+from companion.planning.model_file import METADATA_KEY, TURNING, decode_metadata, read_bytes
 from companion.planning.onnx_weights import float_constants, metadata_text
 
 SCHEMA = 1
@@ -37,7 +39,10 @@ REMEDY = "run `companion certify MODEL` where the training extra is installed"
 
 
 class Certificate(msgspec.Struct, frozen=True, kw_only=True):
-    """What is claimed of one model file, and how it was found."""
+    """What is claimed of one model file, and how it was found.
+
+    `grid` and `course_noise_max_rad` are a straight ship's network's; a turning one has neither.
+    """
 
     schema: int
     model: str
@@ -45,8 +50,8 @@ class Certificate(msgspec.Struct, frozen=True, kw_only=True):
     property: str
     domain: dict[str, tuple[float, float]]
     conditions: tuple[str, ...]
-    grid: int
-    course_noise_max_rad: float
+    grid: int = 0
+    course_noise_max_rad: float = 0.0
     eps_per_metre_of_reach: float
     eps_m: dict[str, float]  # for stated parts of the domain
     rounding: str
@@ -77,19 +82,39 @@ def check(path_or_name: str | Path) -> Certificate:
         raise ModelError(f"the certificate of '{origin}' is for another file than this model; {REMEDY}")
     try:
         metadata = decode_metadata(metadata_text(content, METADATA_KEY), origin)
-        low, high = enclose(content, certificate)
+        prove = _prove_turning if metadata.kind == TURNING else _prove_support
+        flaw = prove(content, certificate)
     except (ValueError, KeyError) as error:
         raise ModelError(f"'{origin}' has no learned support to check ({error}); {REMEDY}") from None
     if {i.name: (i.low, i.high) for i in metadata.inputs} != certificate.domain or (
-        certificate.course_noise_max_rad < metadata.range_of("course_noise_rad").high
+        metadata.kind != TURNING
+        and certificate.course_noise_max_rad < metadata.range_of("course_noise_rad").high
     ):
         raise ModelError(f"the certificate of '{origin}' is for another domain than the model's; {REMEDY}")
-    if low < 0 or not high <= certificate.eps_per_metre_of_reach:
-        raise ModelError(
-            f"the certificate of '{origin}' does not hold: learned minus true support, per metre of reach, "
-            f"is in [{low:.3g}, {high:.3g}], not in [0, {certificate.eps_per_metre_of_reach:.3g}]; {REMEDY}"
-        )
+    if flaw:
+        raise ModelError(f"the certificate of '{origin}' does not hold: {flaw}; {REMEDY}")
     return certificate
+
+
+def _prove_support(content: bytes, certificate: Certificate) -> str:
+    """What is wrong, or nothing."""
+    low, high = enclose(content, certificate)
+    eps = certificate.eps_per_metre_of_reach
+    if low >= 0 and high <= eps:
+        return ""
+    found = f"[{low:.3g}, {high:.3g}], not in [0, {eps:.3g}]"
+    return f"learned minus true support, per metre of reach, is in {found}"
+
+
+def _prove_turning(content: bytes, certificate: Certificate) -> str:
+    """What is wrong, or nothing; the excess ahead counts twice, once for either end of the courses."""
+    low, high, most_above = turning_proof.enclose(content)
+    eps = (certificate.eps_per_metre_of_reach - most_above) / 2
+    if low < 0 or not high <= eps:
+        return f"learned minus true mean cosine is in [{low:.3g}, {high:.3g}], not in [0, {eps:.3g}]"
+    if not high <= most_above:
+        return f"the graph takes {most_above:.3g} off astern, less than the excess {high:.3g} there may be"
+    return ""
 
 
 def enclose(content: bytes, certificate: Certificate) -> tuple[float, float]:

@@ -12,10 +12,12 @@ import msgspec
 from companion.config import Config
 from companion.errors import ModelError
 from companion.planning.field import SINGULAR_GAP_M
-from companion.planning.rows import COLUMNS
+from companion.planning.rows import COLUMNS, TURNING_COLUMNS
 
 METADATA_KEY = "companion"
+KEY = "repulsion.model"  # in the configuration
 SCHEMA = 1
+TURNING = "turning"
 REMEDY = "train one with `companion train models/NAME.toml`, or set repulsion.kind = 'exact'"
 
 
@@ -34,7 +36,7 @@ class Metadata(msgspec.Struct, frozen=True, kw_only=True):
 
     schema: int
     name: str
-    kind: str  # "support" or "gradient"
+    kind: str  # "support", "turning" or "gradient"
     inputs: tuple[Input, ...]
     outputs: dict[str, str]  # name -> shape, unit and meaning
     output_sign: str
@@ -53,13 +55,17 @@ class Metadata(msgspec.Struct, frozen=True, kw_only=True):
 
     def range_of(self, column: str) -> Input:
         """The input of that name."""
-        return self.inputs[COLUMNS.index(column)]
+        return next(i for i in self.inputs if i.name == column)
+
+    def turns(self) -> bool:
+        """Whether it is for ships that turn."""
+        return len(self.inputs) == len(TURNING_COLUMNS)
 
 
-def read_bytes(path_or_name: str | Path, suffix: str = ".onnx") -> tuple[str, bytes]:
+def read_bytes(path_or_name: str | Path, suffix: str = ".onnx", key: str = KEY) -> tuple[str, bytes]:
     """(origin, content) of a model file, or of a packaged model given by its name.
 
-    Another `suffix` reads the file of that ending beside the model.
+    Another `suffix` reads the file of that ending beside the model; `key` is what an error names.
     """
     path = Path(path_or_name)
     packaged = resources.files("models") / f"{path_or_name}{suffix}"
@@ -71,30 +77,30 @@ def read_bytes(path_or_name: str | Path, suffix: str = ".onnx") -> tuple[str, by
         folder = resources.files("models").iterdir()
         known = sorted(entry.name[:-5] for entry in folder if entry.name.endswith(".onnx"))
         raise ModelError(
-            f"repulsion.model = '{path_or_name}': no such file or packaged model; "
+            f"{key} = '{path_or_name}': no such file or packaged model; "
             f"give a path to an .onnx file or one of {', '.join(known) or '(none packaged)'}"
         ) from None
 
 
-def decode_metadata(text: str | None, origin: str) -> Metadata:
+def decode_metadata(text: str | None, origin: str, key: str = KEY) -> Metadata:
     """The metadata of a loaded file; raises `ModelError` when the file is not one of ours."""
     if text is None:
-        raise ModelError(f"repulsion.model = '{origin}': an ONNX file without our metadata; {REMEDY}")
+        raise ModelError(f"{key} = '{origin}': an ONNX file without our metadata; {REMEDY}")
     try:
         metadata = msgspec.json.decode(text.encode(), type=Metadata)
     except msgspec.MsgspecError as error:
-        raise ModelError(f"repulsion.model = '{origin}': unreadable metadata: {error}; {REMEDY}") from None
+        raise ModelError(f"{key} = '{origin}': unreadable metadata: {error}; {REMEDY}") from None
     if metadata.schema != SCHEMA:
         raise ModelError(
-            f"repulsion.model = '{origin}': metadata schema {metadata.schema}, "
-            f"this release reads {SCHEMA}; {REMEDY}"
+            f"{key} = '{origin}': metadata schema {metadata.schema}, this release reads {SCHEMA}; {REMEDY}"
         )
-    if tuple(i.name for i in metadata.inputs) != COLUMNS:
-        raise ModelError(f"repulsion.model = '{origin}': its input columns are not this release's; {REMEDY}")
+    names = TURNING_COLUMNS if metadata.turns() else COLUMNS
+    if tuple(i.name for i in metadata.inputs) != names or metadata.turns() < (metadata.kind == TURNING):
+        raise ModelError(f"{key} = '{origin}': its input columns are not this release's; {REMEDY}")
     return metadata
 
 
-def check_agreement(metadata: Metadata, config: Config, origin: str) -> None:
+def check_agreement(metadata: Metadata, config: Config, origin: str, key: str = KEY) -> None:
     """Raise `ModelError` naming the first key in which model and configuration differ."""
     field, contacts = config.field, config.contacts
     equal = (
@@ -102,15 +108,15 @@ def check_agreement(metadata: Metadata, config: Config, origin: str) -> None:
         ("field.k_r", field.k_r, metadata.k_r),
         ("the field's singular gap in metres", SINGULAR_GAP_M, metadata.singular_gap_m),
     )
-    for key, ours, theirs in equal:
+    for name, ours, theirs in equal:
         if not math.isclose(ours, theirs, rel_tol=1e-9, abs_tol=1e-12):
             raise ModelError(
-                f"{key} = {ours:g}, but repulsion.model = '{origin}' was trained for {theirs:g}; "
+                f"{name} = {ours:g}, but {key} = '{origin}' was trained for {theirs:g}; "
                 f"set it to {theirs:g}, or {REMEDY}"
             )
     if not field.horizon_s <= metadata.horizon_s:
         raise ModelError(
-            f"field.horizon_s = {field.horizon_s:g}, but repulsion.model = '{origin}' reaches "
+            f"field.horizon_s = {field.horizon_s:g}, but {key} = '{origin}' reaches "
             f"{metadata.horizon_s:g} s at most; lower it, or {REMEDY}"
         )
     for column, value in (
@@ -120,6 +126,6 @@ def check_agreement(metadata: Metadata, config: Config, origin: str) -> None:
         allowed = metadata.range_of(column)
         if not allowed.low <= value <= allowed.high:
             raise ModelError(
-                f"contacts.{column} = {value:g}, but repulsion.model = '{origin}' was trained for "
+                f"contacts.{column} = {value:g}, but {key} = '{origin}' was trained for "
                 f"{allowed.low:g} to {allowed.high:g}; set it inside, or {REMEDY}"
             )

@@ -55,7 +55,7 @@ class Outlook:
             self._left_m = own.position_m
         if self._play is None and not self._is_due(now, phase, own, tracks):
             return
-        play = self._play or self._begin(now, own, tracks, goal_m)
+        play = self._play or self._begin(now, phase, own, tracks, goal_m)
         if play.advance(max(ROWS_A_STEP // (len(CAST) * len(self._mmsi) + ROWS_BESIDES), 1)):
             self._conclude(now, play.rehearsed())
 
@@ -94,7 +94,7 @@ class Outlook:
             listening or not self._has_begun_to_cross(own, tracks)
         )
 
-    def _begin(self, now: Instant, own: OwnState, tracks: Tracks, goal_m: FloatArray) -> Play:
+    def _begin(self, now: Instant, phase: Phase, own: OwnState, tracks: Tracks, goal_m: FloatArray) -> Play:
         rows, self._known = self._who_matters(now, own, tracks, goal_m), len(tracks)
         known = only(tracks, rows)
         self._mmsi, self._oldest_s = known.mmsi, float(known.age_s(now).max(initial=0.0))
@@ -103,8 +103,8 @@ class Outlook:
             now,
             own.position_m[None],
             goal_m,
-            # a way that was found safe is given up only when it is not safe at all
-            margin_m=0.0 if self._was_safe else MARGIN_M,
+            # under way, what was found safe is given up only when it is not safe at all
+            margin_m=0.0 if self._was_safe and phase is Phase.CROSS else MARGIN_M,
             within_s=float((known.validity_s - known.age_s(now)).min(initial=np.inf)),
         )
         return self._play

@@ -28,6 +28,7 @@ COLUMNS = (
     "starboard_m",
     "position_error_m",
 )
+TURNING_COLUMNS = (*COLUMNS, "turn_rate_radps", "turn_rate_error_radps")
 
 HEADING, HEADING_ERROR, POSITION_ERROR = map(
     COLUMNS.index, ("heading_rad", "heading_error_rad", "position_error_m")

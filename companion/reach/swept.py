@@ -14,6 +14,7 @@ from companion.messages import FloatArray
 from companion.reach.hull import wrap
 
 APART_RAD = 0.01  # between neighbouring tangents, so that they cross well
+ASTERN_RAD = 1e-6  # within this of astern a direction counts as astern, whatever rounding says
 QUARTER = np.pi / 2
 
 
@@ -104,7 +105,9 @@ def tangents(turn: Turn, a: FloatArray, b: FloatArray) -> FloatArray:
     around = middle + np.arange(-4, 4)[:, None] * (np.pi / 4)
     every = np.concatenate((ahead, starboard + QUARTER, port - QUARTER, astern, around))
     room = APART_RAD * len(every)
-    beside = np.sort(np.clip(wrap(every - middle), -np.pi, np.pi - room), axis=0)
+    beside = every - middle
+    beside -= 2 * np.pi * np.floor((beside + np.pi + ASTERN_RAD) / (2 * np.pi))  # astern is -pi, never pi
+    beside = np.sort(np.clip(beside, -np.pi, np.pi - room), axis=0)
     shift = APART_RAD * np.arange(len(every))[:, None]
     apart = np.maximum.accumulate(beside - shift, axis=0)
     return np.asarray(middle + shift + apart, dtype=np.float64)

@@ -50,8 +50,11 @@ class Session(Record, frozen=True):
     """The first record: what a replay needs to build the same core again.
 
     `config` is the complete configuration as tables (see `companion.config.to_mapping`).
-    `model_sha256` is None where no network was loaded.  `versions` names the numerical libraries
-    and the machine, which a difference in the last digit may come from.
+    `model_sha256` and `turning_model_sha256` are None where no such network was loaded, `bounds_sha256`
+    where no bounds file was.
+    `code_sha256` is of the program's own sources: a version's number outlives many changes.
+    `versions` names the numerical libraries and the machine, which a difference in the last digit may
+    come from.
     """
 
     schema_version: int
@@ -59,6 +62,9 @@ class Session(Record, frozen=True):
     rate_hz: float
     config: dict[str, Any]
     model_sha256: str | None = None
+    turning_model_sha256: str | None = None
+    bounds_sha256: str | None = None
+    code_sha256: str | None = None
     versions: dict[str, str] = {}
 
 

@@ -1,5 +1,7 @@
 """What ITU-R M.1371 says of AIS fields, whichever format carries them."""
 
+from functools import lru_cache
+
 from companion.messages import Hull
 
 # A report without a time stamp is as old as reports with one are when they arrive: of the recorded
@@ -23,6 +25,7 @@ def is_position(latitude_deg: float, longitude_deg: float) -> bool:
     return -90.0 <= latitude_deg <= 90.0 and -180.0 <= longitude_deg <= 180.0
 
 
+@lru_cache(maxsize=4096)
 def text(raw: bytes) -> str | None:
     """A name, cut at the first padding character; None when nothing is left."""
     return raw.translate(_PADDING, _UNPRINTABLE).partition(b"\0")[0].decode("ascii").strip() or None

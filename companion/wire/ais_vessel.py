@@ -5,15 +5,19 @@ The definition has changed over the years and senders lag behind it, so flags ar
 """
 
 import math
+import struct
 from collections import Counter
 from enum import StrEnum
-from typing import Any
+from functools import lru_cache
 
-from companion.instant import Instant, after
+from companion.instant import NS_PER_S, Instant
 from companion.messages import ContactReport, Hull, Source
 from companion.wire import ais_rules
 
 AIS_VESSEL = 301
+# MMSI, latitude, longitude, course, heading, speed, bow, stern, tslc, flags, turn rate, status, type, port,
+# starboard, callsign, name: the order on the wire
+LAYOUT = struct.Struct("<IiiHHHHHHHbBBBB7s20s")
 AGE_ERROR_S = ais_rules.UNSTAMPED_AGE_ERROR_S  # `tslc` counts from the reception, in whole seconds
 
 POSITION_ACCURACY = 1
@@ -25,6 +29,7 @@ VALID_DIMENSIONS = 64
 LARGE_BOW, LARGE_STERN = 128, 256
 LARGE_PORT, LARGE_STARBOARD = 512, 1024
 VALID_NAME = 4096
+_LARGE = LARGE_BOW | LARGE_STERN | LARGE_PORT | LARGE_STARBOARD
 
 _DEGREES = math.pi / 180
 _FULL_TURN_CDEG = 36_000
@@ -46,53 +51,69 @@ class AisQuirk(StrEnum):
     ARDUPILOT_EARLY = "ardupilot-early"
 
 
-def read(
-    field: dict[str, Any], received: Instant, quirk: AisQuirk, counts: Counter[str]
-) -> ContactReport | None:
-    """The report in the fields of an AIS_VESSEL; None (counted) for an impossible MMSI."""
-    mmsi: int = field["MMSI"]
+_STANDARD, _EARLY = AisQuirk.STANDARD, AisQuirk.ARDUPILOT_EARLY
+_SOURCE = Source.AIS_VESSEL
+
+
+def read(payload: bytes, received: Instant, quirk: AisQuirk, counts: Counter[str]) -> ContactReport | None:
+    """The report in the payload of an AIS_VESSEL; None (counted) for an impossible MMSI.
+
+    The hottest message of the link, so it is unpacked here and not by the dialect's definition.
+    """
+    (
+        mmsi,
+        lat,
+        lon,
+        cog,
+        heading,
+        velocity,
+        bow,
+        stern,
+        tslc,
+        flags,
+        turn,
+        status,
+        kind,
+        port,
+        starboard,
+        _,
+        name,
+    ) = LAYOUT.unpack(
+        payload if len(payload) == LAYOUT.size else payload[: LAYOUT.size].ljust(LAYOUT.size, b"\0")
+    )
     if not ais_rules.is_mmsi(mmsi):
         counts["ais_vessel.bad_mmsi"] += 1
         return None
-    flags: int = field["flags"]
-    latitude, longitude = _position(field["lat"], field["lon"], counts)
-    cog_cdeg = field["COG"] if flags & VALID_COG and field["COG"] < _FULL_TURN_CDEG else None
-    status: int = field["navigational_status"]
+    latitude: float | None = lat * 1e-7
+    longitude: float | None = lon * 1e-7
+    # INT32_MAX is "not available"; of zeros ArduPilot knows the vessel by static data alone
+    if not (-900_000_000 <= lat <= 900_000_000 and -1_800_000_000 <= lon <= 1_800_000_000 and (lat or lon)):
+        counts["ais_vessel.no_position"] += 1
+        latitude = longitude = None
+    cog_cdeg = cog if flags & VALID_COG and cog < _FULL_TURN_CDEG else None
     return ContactReport(
         mmsi=mmsi,
-        source=Source.AIS_VESSEL,
+        source=_SOURCE,
         received_at=received,
-        measured_at=after(received, -field["tslc"]),
+        measured_at=Instant(received - tslc * NS_PER_S),
         age_error_s=AGE_ERROR_S,
         latitude_deg=latitude,
         longitude_deg=longitude,
         accurate=bool(flags & POSITION_ACCURACY),
         cog_rad=None if cog_cdeg is None else cog_cdeg * 0.01 * _DEGREES,
-        sog_mps=_speed(field["velocity"], flags, quirk),
-        heading_rad=_heading(field["heading"], cog_cdeg),
-        turn_rate_radps=_turn_rate(field["turn_rate"], flags, quirk),
+        sog_mps=_speed(velocity, quirk) if flags & VALID_VELOCITY else None,
+        heading_rad=_heading(heading, cog_cdeg),
+        turn_rate_radps=_turn_rate(turn, flags, quirk) if flags & VALID_TURN_RATE else None,
         navigational_status=status if status < ais_rules.NAVIGATIONAL_STATUS_UNKNOWN else None,
-        hull=_hull(field, flags),
-        ship_type=field["type"] or None,
-        name=ais_rules.text(field["name"]) if flags & VALID_NAME else None,
+        hull=_hull(bow, stern, port, starboard, flags & _LARGE) if flags & VALID_DIMENSIONS else None,
+        ship_type=kind or None,
+        name=ais_rules.text(name) if flags & VALID_NAME else None,
     )
 
 
-def _position(lat: int, lon: int, counts: Counter[str]) -> tuple[float | None, float | None]:
-    latitude, longitude = lat * 1e-7, lon * 1e-7
-    if not ais_rules.is_position(latitude, longitude):  # INT32_MAX too
-        counts["ais_vessel.no_position"] += 1
-        return None, None
-    if lat == 0 and lon == 0:  # ArduPilot knows the vessel by static data alone
-        counts["ais_vessel.no_position"] += 1
-        return None, None
-    return latitude, longitude
-
-
-def _speed(velocity: int, flags: int, quirk: AisQuirk) -> float | None:
-    unit_mps = 0.1 * 1852 / 3600 if quirk is AisQuirk.ARDUPILOT_EARLY else 0.01
-    speed = velocity * unit_mps
-    return speed if flags & VALID_VELOCITY and speed <= ais_rules.FASTEST_MPS else None
+def _speed(velocity: int, quirk: AisQuirk) -> float | None:
+    speed = velocity * (0.1 * 1852 / 3600 if quirk is _EARLY else 0.01)
+    return speed if speed <= ais_rules.FASTEST_MPS else None
 
 
 def _heading(heading: int, cog_cdeg: int | None) -> float | None:
@@ -107,23 +128,21 @@ def _heading(heading: int, cog_cdeg: int | None) -> float | None:
 
 
 def _turn_rate(turn_rate: int, flags: int, quirk: AisQuirk) -> float | None:
-    if not flags & VALID_TURN_RATE or flags & TURN_RATE_SIGN_ONLY or quirk is AisQuirk.ARDUPILOT_EARLY:
+    if flags & TURN_RATE_SIGN_ONLY or quirk is _EARLY:
         return None
-    unit_radps = (0.1 if quirk is AisQuirk.STANDARD else 0.01) * _DEGREES
+    unit_radps = (0.1 if quirk is _STANDARD else 0.01) * _DEGREES
     rate = turn_rate * unit_radps
     return rate if abs(turn_rate) < 127 and abs(rate) <= _FASTEST_TURN_RADPS else None
 
 
-def _hull(field: dict[str, Any], flags: int) -> Hull | None:
-    if not flags & VALID_DIMENSIONS:
-        return None
-    bow, stern = field["dimension_bow"], field["dimension_stern"]
-    port, starboard = field["dimension_port"], field["dimension_starboard"]
+@lru_cache(maxsize=4096)
+def _hull(bow: int, stern: int, port: int, starboard: int, large: int) -> Hull | None:
+    """A ship says the same of itself each time."""
     if _NO_LENGTH in (bow, stern) or _NO_WIDTH in (port, starboard):
         return None
     return ais_rules.hull(
-        max(float(bow), _LARGE_LENGTH_M if flags & LARGE_BOW else 0.0),
-        max(float(stern), _LARGE_LENGTH_M if flags & LARGE_STERN else 0.0),
-        max(float(port), _LARGE_WIDTH_M if flags & LARGE_PORT else 0.0),
-        max(float(starboard), _LARGE_WIDTH_M if flags & LARGE_STARBOARD else 0.0),
+        max(float(bow), _LARGE_LENGTH_M if large & LARGE_BOW else 0.0),
+        max(float(stern), _LARGE_LENGTH_M if large & LARGE_STERN else 0.0),
+        max(float(port), _LARGE_WIDTH_M if large & LARGE_PORT else 0.0),
+        max(float(starboard), _LARGE_WIDTH_M if large & LARGE_STARBOARD else 0.0),
     )

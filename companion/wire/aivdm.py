@@ -210,6 +210,8 @@ def _static(field: dict[str, Any]) -> dict[str, Any]:
         said["name"] = ais_rules.text(str(name).encode("ascii", "replace"))
     if field.get("ship_type"):
         said["ship_type"] = int(field["ship_type"])
+    if field.get("draught"):  # 0 is "not available"
+        said["draught_m"] = float(field["draught"])
     # a craft of a mother ship sends that ship's number in place of its own size
     of_mothership = int(field["mmsi"]) // 10_000_000 == ais_rules.CRAFT_OF_MOTHERSHIP
     sides = [field.get(f"to_{side}") for side in ("bow", "stern", "port", "starboard")]

@@ -9,7 +9,6 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from companion.messages import (
     Command,
     CommandAck,
-    ContactReport,
     Frame,
     Heard,
     Heartbeat,
@@ -36,7 +35,7 @@ _POSITION_IDS = frozenset(
     )
 )
 _CONTACTS = {ais_vessel.AIS_VESSEL, adsb_vehicle.ADSB_VEHICLE}
-_FROM_AUTOPILOT = _POSITION_IDS | {HEARTBEAT, SYSTEM_TIME, COMMAND_ACK, STATUSTEXT}
+_WANTED = _CONTACTS | _POSITION_IDS | {HEARTBEAT, SYSTEM_TIME, COMMAND_ACK, STATUSTEXT}
 _UTC_US = range(946_684_800_000_000, 4_102_444_800_000_000)  # 2000 to 2100: others were never set
 
 LOCAL_NED = 1
@@ -71,38 +70,39 @@ class MavlinkDecoder:
         """What the messages completed by this frame say, in order."""
         heard = []
         for packet in self._frames.push(frame.stamp, frame.data):
-            if packet.message_id not in _FROM_AUTOPILOT and packet.message_id not in _CONTACTS:
-                continue
-            message = self._read(packet, frame)
-            if message is not None:
-                heard.append(message)
+            if packet.message_id in _WANTED:
+                message = self._read(packet, frame)
+                if message is not None:
+                    heard.append(message)
         return heard
 
     def _read(self, packet: Packet, frame: Frame) -> Heard | None:
-        field = fields(packet.message_id, packet.payload)
-        if not self.system_id and packet.message_id == HEARTBEAT:
-            self._follow(packet, field)
-        if packet.system_id != self.system_id or not self.system_id:
-            self.counts["mavlink.other_system"] += 1
+        message_id = packet.message_id
+        if not self.system_id and message_id == HEARTBEAT:
+            self._follow(packet)
+        if not self._is_wanted(packet):
             return None
-        if packet.component_id == self._component_id:
-            self.counts["mavlink.own_component"] += 1
-            return None
-        if packet.message_id in _CONTACTS:
-            return self._contact(packet, field, frame)
-        if packet.component_id != autopilot.AUTOPILOT_COMPONENT:
-            return None
-        if packet.message_id in _POSITION_IDS:
-            return self._position.hear(packet.message_id, field, frame.stamp)
+        if message_id == ais_vessel.AIS_VESSEL:
+            return ais_vessel.read(packet.payload, frame.stamp, self._quirk, self.counts)
+        field = fields(message_id, packet.payload)
+        if message_id == adsb_vehicle.ADSB_VEHICLE:
+            return adsb_vehicle.read(field, frame.stamp, self.counts)
+        if message_id in _POSITION_IDS:
+            return self._position.hear(message_id, field, frame.stamp)
         return self._said(packet, field, frame)
 
-    def _contact(self, packet: Packet, field: dict[str, Any], frame: Frame) -> ContactReport | None:
-        if packet.message_id == adsb_vehicle.ADSB_VEHICLE:
-            return adsb_vehicle.read(field, frame.stamp, self.counts)
-        return ais_vessel.read(field, frame.stamp, self._quirk, self.counts)
+    def _is_wanted(self, packet: Packet) -> bool:
+        """Contacts of any component of the vehicle but ours, all else of its autopilot only."""
+        if packet.system_id != self.system_id or not self.system_id:
+            self.counts["mavlink.other_system"] += 1
+            return False
+        if packet.component_id == self._component_id:
+            self.counts["mavlink.own_component"] += 1
+            return False
+        return packet.message_id in _CONTACTS or packet.component_id == autopilot.AUTOPILOT_COMPONENT
 
-    def _follow(self, packet: Packet, field: dict[str, Any]) -> None:
-        if autopilot.is_autopilot(packet.component_id, field):
+    def _follow(self, packet: Packet) -> None:
+        if autopilot.is_autopilot(packet.component_id, fields(HEARTBEAT, packet.payload)):
             self.system_id = packet.system_id
 
     def _said(self, packet: Packet, field: dict[str, Any], frame: Frame) -> Heard | None:

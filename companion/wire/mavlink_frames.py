@@ -8,6 +8,7 @@ Signed packets are taken without checking the signature: no key is configured.
 """
 
 import re
+import struct
 from collections import Counter
 from typing import Any, NamedTuple
 
@@ -19,6 +20,8 @@ MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _SIGNED = 0x01  # the only incompatibility flag there is
 _SIGNATURE = 13
 _MAGIC = re.compile(rb"[\xfd\xfe]")
+_HEADER = struct.Struct("<BBBBBBBHB")
+_CRC_EXTRA = {number: bytes((each.crc_extra,)) for number, each in dialect.mavlink_map.items()}
 _STALLED_NS = NS_PER_S // 2  # a packet whose rest does not come by then never comes
 
 
@@ -52,6 +55,9 @@ class MavlinkFrames:
 
     def push(self, stamp: Instant, data: bytes) -> list[Packet]:
         """The packets that `data` completes."""
+        if not self._rest and (packet := _whole(data)):
+            self.counts["mavlink.packets"] += 1
+            return [packet]
         old = len(self._rest)
         is_stalled = old > 0 and abs(stamp - self._rest_stamp) > _STALLED_NS
         data = self._rest + data
@@ -101,12 +107,27 @@ def _packet(data: bytes, at: int) -> tuple[Packet, bool | None]:
         payload_at, system, component, message_id = at + 6, data[at + 3], data[at + 4], data[at + 5]
     payload_end = payload_at + data[at + 1]
     packet = Packet(system, component, message_id, data[payload_at:payload_end])
-    definition = dialect.mavlink_map.get(message_id)
-    if definition is None:
+    extra = _CRC_EXTRA.get(message_id)
+    if extra is None:
         return packet, None
-    crc = dialect.x25crc(data[at + 1 : payload_end])
-    crc.accumulate(bytes((definition.crc_extra,)))
+    crc = dialect.x25crc(data[at + 1 : payload_end] + extra)
     return packet, crc.crc == data[payload_end] | data[payload_end + 1] << 8
+
+
+def _whole(data: bytes) -> Packet | None:
+    """The one unsigned MAVLink 2 packet that these bytes are; None when they are anything else.
+
+    What a datagram holds, mostly.
+    """
+    size = len(data)
+    if size < 12 or data[0] != MAGIC_V2 or data[1] != size - 12 or data[2]:
+        return None
+    _, _, _, _, _, system, component, low, high = _HEADER.unpack_from(data)
+    message_id = low | high << 16
+    extra = _CRC_EXTRA.get(message_id)
+    if extra is None or dialect.x25crc(data[1:-2] + extra).crc != data[-2] | data[-1] << 8:
+        return None
+    return Packet(system, component, message_id, data[10:-2])
 
 
 def _hides_a_packet(data: bytes, start: int, end: int) -> bool:

@@ -32,6 +32,7 @@ _I32_RESERVED = 0x7FFFFFFD
 _FULL_TURN = 62832  # 360 degrees in 1e-4 rad: "not available" in AIS
 _SOG_LIMIT = 5260  # in 0.01 m/s: 1022 of AIS ("102.2 knots or more") is 5258, 1023 ("none") 5263
 _TURN_LIMIT = 6702  # 720 degrees a minute in 3.125e-5 rad/s; AIS ends at 708
+_DRAUGHT_AT = 51  # of 129794, 0.01 m
 _NOT_MEASURED = 60  # time stamps from here on: none, manual, dead reckoning, inoperative
 
 
@@ -124,6 +125,7 @@ def _static(
     hull: Hull | None = None,
     ship_type: int | None = None,
     name: str | None = None,
+    draught_m: float | None = None,
 ) -> ContactReport:
     return ContactReport(
         mmsi=_HEADER.unpack_from(payload)[1],
@@ -135,6 +137,7 @@ def _static(
         hull=hull,
         ship_type=ship_type or None,
         name=name,
+        draught_m=draught_m,
     )
 
 
@@ -173,8 +176,22 @@ def _class_b_extended(p: bytes, t: Instant, utc: UtcClock, counts: Counter[str])
 
 def _class_a_static(p: bytes, t: Instant, _utc: UtcClock, _counts: Counter[str]) -> ContactReport:
     return _static(
-        TargetKind.CLASS_A, p, t, hull=_hull(p, 37), ship_type=p[36], name=ais_rules.text(p[16:36])
+        TargetKind.CLASS_A,
+        p,
+        t,
+        hull=_hull(p, 37),
+        ship_type=p[36],
+        name=ais_rules.text(p[16:36]),
+        draught_m=_draught_m(p),
     )
+
+
+def _draught_m(payload: bytes) -> float | None:
+    """AIS says 0 for "not available"; a short form ends before it."""
+    if len(payload) < _DRAUGHT_AT + 2:
+        return None
+    raw = _U16.unpack_from(payload, _DRAUGHT_AT)[0]
+    return raw * 0.01 if 0 < raw < _U16_RESERVED else None
 
 
 def _class_b_static_a(p: bytes, t: Instant, _utc: UtcClock, _counts: Counter[str]) -> ContactReport:
