@@ -6,10 +6,11 @@ import pytest
 from companion import reach
 from companion.instant import Instant, after, instant
 from companion.messages import Model, Tracks
+from companion.planning.guard.beginning import Beginning
 from companion.planning.guard.clearance import Clearance, Paths
 from companion.planning.guard.margins import Margins
 from companion.planning.guard.rollout import Motion
-from companion.planning.guard.search import Beginning, Search
+from companion.planning.guard.search import Search
 from companion.planning.guard.way_out import WayOut
 from companion.reach import Slices
 from tests.builders import T0, config, tracks

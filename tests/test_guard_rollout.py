@@ -5,8 +5,9 @@ import pytest
 
 from companion.config import Vehicle
 from companion.messages import OwnState
+from companion.planning.guard.beginning import Beginning
 from companion.planning.guard.rollout import Motion, Runner, held, motion_of
-from companion.planning.guard.search import Beginning, _first_s
+from companion.planning.guard.search import _first_s
 from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0
 

@@ -18,14 +18,14 @@ from companion.config import Config
 from companion.instant import Instant, after, elapsed_s
 from companion.messages import AutopilotHeartbeat, OwnState, Reason, Tracks
 from companion.planning.creep import creep
+from companion.planning.guard.beginning import Beginning, begin
 from companion.planning.guard.berth import Berth, to_stop_m
 from companion.planning.guard.beside import MOST_M, Beside
 from companion.planning.guard.clearance import Clearance
 from companion.planning.guard.limits import limited
 from companion.planning.guard.margins import Margins
 from companion.planning.guard.preconditions import is_prestream, missing
-from companion.planning.guard.rollout import held, motion_of
-from companion.planning.guard.search import WAITS_S, Beginning, Search
+from companion.planning.guard.search import WAITS_S, Search
 from companion.planning.guard.verdict import Velocity, Verdict
 from companion.planning.guard.vertical import Dive
 from companion.planning.guard.watch import Watch
@@ -238,32 +238,9 @@ class Guard:
         self._way_out = replace(stored, verified=False)
 
     def _beginning(
-        self,
-        now: Instant,
-        own: OwnState,
-        sent: Velocity,
-        command: tuple[float, float],
-        period_s: float,
+        self, now: Instant, own: OwnState, sent: Velocity, command: tuple[float, float], period_s: float
     ) -> Beginning:
-        """What is flown first: the velocity sent last for the delay, then `command` for the period."""
-        toward = math.atan2(command[1], command[0])
-        start = motion_of(own, max(elapsed_s(own.stamp, now), 0.0), toward)
-        delay_s = self._config.guard.setpoint_delay_s
-        motions = [start]
-        times = [0.0]
-        for velocity, duration_s in ((sent[:2], delay_s), (command, period_s)):
-            if duration_s > 0:
-                held_for = held(motions[-1], velocity, duration_s, self._config.vehicle)
-                times += [times[-1] + duration_s * (k + 1) / len(held_for) for k in range(len(held_for))]
-                motions += held_for
-        before = motions[:-1]
-        return Beginning(
-            np.array(times[:-1]),
-            np.array([m.north_m for m in before]),
-            np.array([m.east_m for m in before]),
-            times[-1],
-            motions[-1],
-        )
+        return begin(now, own, sent[:2], command, period_s, self._config)
 
     def _take(self, tracks: Tracks) -> None:
         """The picture of this step."""

@@ -1,15 +1,15 @@
 """Looks for a verified way out: many headings and speeds rolled out at once, each with places to stop."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from companion.config import Vehicle
 from companion.instant import Instant
 from companion.messages import FloatArray
+from companion.planning.guard.beginning import Beginning
 from companion.planning.guard.clearance import Clearance, Paths
-from companion.planning.guard.rollout import Motion, Runner
+from companion.planning.guard.rollout import Runner
 from companion.planning.guard.way_out import WayOut, stopped
 
 HEADINGS = 16
@@ -18,49 +18,8 @@ SLOWER = 0.5  # the second speed tried, a share of the first
 STOPS_S = (8.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 300.0)
 TURN_COST_S = 60.0  # a way out against the wanted direction counts as this much longer
 WAITS_S = (15.0, 30.0, 60.0, 90.0)  # before a run, where none can begin at once
-WAITING_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0))  # points while it comes to rest
 TRIES = 3  # best candidates verified to the end
 SOON_S = 1e-3  # a moment this short before stopping is no point of its own
-
-
-@dataclass(frozen=True, slots=True)
-class Beginning:
-    """What is flown before a way out begins: times, north and east (P,), and the motion at its end."""
-
-    t_s: FloatArray
-    north_m: FloatArray
-    east_m: FloatArray
-    end_s: float
-    end: Motion
-
-    def waiting(self, wait_s: float, lag_s: float) -> "Beginning":
-        """The same, and coming to rest for `wait_s` after it."""
-        if wait_s <= 0:
-            return self
-        later = np.concatenate((np.zeros(1), WAITING_S, np.arange(12.0, wait_s, 4.0)))
-        t = np.append(later[later < wait_s], wait_s)
-        end, faded = self.end, np.exp(-t / lag_s)
-        v_north = end.forward_mps * math.cos(end.heading_rad) + end.aside_north_mps
-        v_east = end.forward_mps * math.sin(end.heading_rad) + end.aside_east_mps
-        north, east = (
-            end.north_m + v_north * lag_s * (1 - faded),
-            end.east_m + v_east * lag_s * (1 - faded),
-        )
-        left = float(faded[-1])
-        return Beginning(
-            np.concatenate((self.t_s, self.end_s + t[:-1])),
-            np.concatenate((self.north_m, north[:-1])),
-            np.concatenate((self.east_m, east[:-1])),
-            self.end_s + wait_s,
-            Motion(
-                float(north[-1]),
-                float(east[-1]),
-                end.heading_rad,
-                end.forward_mps * left,
-                end.aside_north_mps * left,
-                end.aside_east_mps * left,
-            ),
-        )
 
 
 class Search:
