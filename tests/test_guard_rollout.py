@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from companion.config import Vehicle
+from companion.instant import after
 from companion.messages import OwnState
 from companion.planning.guard.beginning import Beginning
 from companion.planning.guard.rollout import Motion, Runner, held, motion_of
-from companion.planning.guard.search import _first_s
+from companion.planning.guard.search import Search, _first_s
 from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0
 
@@ -94,3 +95,21 @@ def test_waiting_comes_to_rest_where_the_lag_carries_and_then_stays() -> None:
     assert waited.t_s[0] == pytest.approx(0.6)
     assert np.all(np.diff(waited.t_s) > 0)
     assert np.interp(2.6, waited.t_s, waited.north_m) == pytest.approx(10 + 4 * (1 - math.exp(-1)), abs=0.05)
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, 2.0, 3.1, -1.5])
+def test_a_way_out_that_waited_is_kept_however_the_hull_came_to_lie_meanwhile(heading: float) -> None:
+    """Holding a place turns the hull any way; found by one of ten thousand hostile trials."""
+    search = Search(VEHICLE, 2.3, 300.0)
+    rest = Beginning(np.zeros(1), np.zeros(1), np.zeros(1), 0.5, Motion(0.0, 0.0, 0.0, 0.0))
+    planned = search.toward(T0, rest, (0.0, -100.0), 2.3, 40.0)
+    begins = planned.run_s - planned.turn_s
+    assert 0.0 < begins < planned.run_s
+    hull = Motion(0.0, 0.0, heading, 0.0)
+    t, worst = begins, 0.0
+    while t < planned.t_s[-1]:
+        now = after(T0, t)
+        own = OwnState(now, hull.north_m, hull.east_m, 45.0, (0.0, 0.0, 0.0), hull.heading_rad)
+        worst = max(worst, planned.deviation_m(own))
+        hull, t = held(hull, planned.command(now, own, 0.0, 2.5), 0.5, VEHICLE)[-1], t + 0.5
+    assert worst < 2.0

@@ -96,8 +96,8 @@ class Runner:
 
     def __init__(self, vehicle: Vehicle, length_s: float) -> None:
         self._rate, self._lag = vehicle.max_turn_rate_radps, vehicle.speed_lag_s
-        turn_s = math.pi / self._rate
-        fine = max(math.ceil(turn_s / FINE_S), 2)
+        self.turn_s = math.pi / self._rate  # half a circle
+        fine = max(math.ceil(self.turn_s / FINE_S), 2)
         k = np.arange(fine)
         self._decay = math.exp(-FINE_S / self._lag)
         # s_k = decay^(k+1) s_0 + (1 - decay) sum over i <= k of decay^(k-i) u_i
@@ -117,19 +117,28 @@ class Runner:
         self.t_s = t[self._kept]
         self._all_s = t
 
-    def heading_rad(self, start: Motion, direction_rad: float, speed_mps: float, t_s: float) -> float:
+    def heading_rad(
+        self, start: Motion, direction_rad: float, speed_mps: float, t_s: float, *, turned: bool = False
+    ) -> float:
         """The heading `t_s` into one such run."""
         if speed_mps <= STILL_MPS:
             return start.heading_rad
+        if turned:
+            return direction_rad
         error = math.remainder(direction_rad - start.heading_rad, 2 * math.pi)
         return start.heading_rad + min(max(error, -self._rate * t_s), self._rate * t_s)
 
     def paths(
-        self, start: Motion, direction_rad: FloatArray, speed_mps: FloatArray
+        self, start: Motion, direction_rad: FloatArray, speed_mps: FloatArray, *, turned: bool = False
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """North (C, T), east (C, T) and speed (C, T) of runs in `direction_rad` (C,) at `speed_mps` (C,)."""
-        error = np.remainder(direction_rad - start.heading_rad + np.pi, 2 * np.pi) - np.pi
-        error = np.where(speed_mps > STILL_MPS, error, 0.0)[:, None]
+        """North (C, T), east (C, T) and speed (C, T) of runs in `direction_rad` (C,) at `speed_mps` (C,).
+
+        `turned`: the vehicle lies along each run before it begins, whatever the start's heading.
+        """
+        moves = speed_mps > STILL_MPS
+        heading = np.where(moves & turned, direction_rad, start.heading_rad)[:, None]
+        error = np.remainder(direction_rad[:, None] - heading + np.pi, 2 * np.pi) - np.pi
+        error = np.where(moves[:, None], error, 0.0)
         before = np.sign(error) * np.minimum(
             np.abs(error), self._rate * (self._turned_s - FINE_S)
         )  # turned at the step's begin
@@ -139,10 +148,10 @@ class Runner:
         begin = np.empty_like(speed)
         begin[:, 0], begin[:, 1:] = start.forward_mps, speed[:, :-1]
         run = target * FINE_S + (begin - target) * (self._lag * (1 - self._decay))
-        along = start.heading_rad + 0.5 * (before + after)
+        along = heading + 0.5 * (before + after)
         turned_north, turned_east = np.cumsum(run * np.cos(along), axis=1), np.cumsum(run * np.sin(along), 1)
         # straight on from there
-        final = start.heading_rad + error
+        final = heading + error
         fade = self._lag * -np.expm1(-self._straight_s / self._lag)
         far = speed_mps[:, None] * self._straight_s + (speed[:, -1:] - speed_mps[:, None]) * fade
         late = speed_mps[:, None] + (speed[:, -1:] - speed_mps[:, None]) * np.exp(

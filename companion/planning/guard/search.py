@@ -45,17 +45,22 @@ class Search:
         speed_mps: float,
         wait_s: float = 0.0,
     ) -> WayOut:
-        """The way out from `first` to a place, waiting before; whether it is clear is another question."""
-        first = first.waiting(wait_s - first.end_s, self._lag_s)
+        """The way out from `first` to a place; whether it is clear is another question.
+
+        It waits before if there is the time to turn on the spot meanwhile.
+        """
+        turned = wait_s - first.end_s >= self._runner.turn_s
+        first = first.waiting(wait_s - first.end_s if turned else 0.0, self._lag_s)
         north, east = end_m[0] - first.end.north_m, end_m[1] - first.end.east_m
         distance = math.hypot(north, east)
         if speed_mps <= 0 or distance <= speed_mps * self._lag_s:
             return self.stop(now, first)
-        run = self._runner.paths(first.end, np.array((math.atan2(east, north),)), np.array((speed_mps,)))
+        direction = math.atan2(east, north)
+        run = self._runner.paths(first.end, np.array((direction,)), np.array((speed_mps,)), turned=turned)
         along = (run[0][0] - first.end.north_m) * (north / distance)
         along += (run[1][0] - first.end.east_m) * (east / distance)
         stop_s = _first_s(self._runner.t_s, along + run[2][0] * self._lag_s, distance)
-        return self._way_out(now, first, math.atan2(east, north), speed_mps, stop_s, run, verified=True)
+        return self._way_out(now, first, direction, speed_mps, stop_s, run, verified=True, turned=turned)
 
     def stop(self, now: Instant, first: Beginning) -> WayOut:
         """Stopping after `first`; who calls it knows that it is clear."""
@@ -71,13 +76,14 @@ class Search:
     ) -> tuple[WayOut | None, WayOut]:
         """The verified way out nearest to what is wanted, if there is one; and the least bad one.
 
-        With `wait_s` every run begins only after waiting so long.
+        With `wait_s` every run begins only after waiting so long, and turning on the spot.
         """
         toward = math.atan2(wanted[1], wanted[0]) if math.hypot(*wanted) > 0.1 else first.end.heading_rad
-        first = first.waiting(wait_s, self._lag_s)
+        turned = wait_s > 0
+        first = first.waiting(wait_s + self._runner.turn_s if turned else 0.0, self._lag_s)
         direction = np.append(toward + self._turn, first.end.heading_rad)
         speeds = np.append(self._speeds, 0.0)
-        north, east, speed = self._runner.paths(first.end, direction, speeds)
+        north, east, speed = self._runner.paths(first.end, direction, speeds, turned=turned)
         paths = _after(first, self._runner.t_s, north, east)
         room = clearance.room(paths)
         begun = len(first.t_s)
@@ -96,7 +102,13 @@ class Search:
         for k in good[np.argsort(cost[good], kind="stable")][:TRIES]:
             stop_s = float(self._runner.t_s[index[k]])
             found = self._straight(
-                now, first, float(direction[run[k]]), float(speeds[run[k]]), stop_s, verified=True
+                now,
+                first,
+                float(direction[run[k]]),
+                float(speeds[run[k]]),
+                stop_s,
+                verified=True,
+                turned=turned,
             )
             if self.is_clear(found, now, clearance):
                 return found, found
@@ -126,11 +138,19 @@ class Search:
         return self._straight(now, first, float(direction[best]), float(speeds[best]), end_s, verified=False)
 
     def _straight(
-        self, now: Instant, first: Beginning, direction: float, speed: float, stop_s: float, *, verified: bool
+        self,
+        now: Instant,
+        first: Beginning,
+        direction: float,
+        speed: float,
+        stop_s: float,
+        *,
+        verified: bool,
+        turned: bool = False,
     ) -> WayOut:
         """One run, and stopping `stop_s` after its begin."""
-        run = self._runner.paths(first.end, np.array((direction,)), np.array((speed,)))
-        return self._way_out(now, first, direction, speed, stop_s, run, verified=verified)
+        run = self._runner.paths(first.end, np.array((direction,)), np.array((speed,)), turned=turned)
+        return self._way_out(now, first, direction, speed, stop_s, run, verified=verified, turned=turned)
 
     def _way_out(
         self,
@@ -142,13 +162,14 @@ class Search:
         run: tuple[FloatArray, FloatArray, FloatArray],
         *,
         verified: bool,
+        turned: bool,
     ) -> WayOut:
         grid_s = self._runner.t_s
         until = int(np.searchsorted(grid_s, stop_s - SOON_S))
         north, east, speeds = (
             np.append(values[0, :until], np.interp(stop_s, grid_s, values[0])) for values in run
         )
-        heading = self._runner.heading_rad(first.end, direction, speed, stop_s)
+        heading = self._runner.heading_rad(first.end, direction, speed, stop_s, turned=turned)
         run_s = np.append(grid_s[:until], stop_s)
         t, north, east = stopped(run_s, north, east, heading, float(speeds[-1]), self._lag_s)
         return WayOut(
@@ -160,6 +181,7 @@ class Search:
             stop_s=first.end_s + stop_s,
             verified=verified,
             run_s=first.end_s,
+            turn_s=self._runner.turn_s if turned else 0.0,
         )
 
 

@@ -10,6 +10,7 @@ from companion.messages import FloatArray, OwnState
 
 FOLLOW_PER_S = 0.25  # velocity toward the planned position per metre away from it
 ROUNDING_S = 1e-6
+TURNING_MPS = 0.1  # commanded to turn on the spot
 STOP_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))  # after the command to stop
 
 
@@ -17,8 +18,8 @@ STOP_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))  # after the c
 class WayOut:
     """`t_s` (T,), `north_m`, `east_m` (T,): where the vehicle shall be, seconds after `begin`.
 
-    The run's velocity is commanded from `run_s` to `stop_s`; before, it waits, and then it stays at the
-    path's last point.
+    The run's velocity is commanded from `run_s` to `stop_s`; then it stays at the path's last point.  Before,
+    it waits, and for the last `turn_s` of that turns on the spot until it lies along the run.
     `verified`: every set is clear of it; else it is the least bad found.
     """
 
@@ -30,6 +31,7 @@ class WayOut:
     stop_s: float
     verified: bool
     run_s: float = 0.0
+    turn_s: float = 0.0
 
     @property
     def end_m(self) -> tuple[float, float]:
@@ -70,6 +72,10 @@ class WayOut:
         """(north, east) velocity that follows it: the run's own, plus what leads back to the path."""
         north, east = self.position_m(own.stamp)
         acts_s = elapsed_s(self.begin, now) + delay_s
+        if self.run_s - self.turn_s <= acts_s < self.run_s - ROUNDING_S and self.speed_mps > 0:
+            # holding a place turns the hull any way: nothing leads back to the path for now
+            share = TURNING_MPS / self.speed_mps
+            return share * self.velocity_mps[0], share * self.velocity_mps[1]
         running = self.run_s - ROUNDING_S <= acts_s < self.stop_s
         along = self.velocity_mps if running else (0.0, 0.0)
         v_north = along[0] + FOLLOW_PER_S * (north - own.north_m)
