@@ -188,6 +188,10 @@ Through onnxruntime, over the whole domain of the inputs below, {metadata.delta_
 
 Fixed inside: delta = {metadata.delta_m:g} m, K_r = {metadata.k_r:g}, T up to {metadata.horizon_s:g} s.
 Sign: {metadata.output_sign}.
+
+## Beside the other ways
+
+[Latency and errors](latency.md) of every network and of the exact sets, for 1 to 10000 ships.
 """
 
 
