@@ -117,15 +117,16 @@ def test_settings_that_are_not_there_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.train
-def test_a_tiny_turning_network_trains_and_certifies_whatever_its_seed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("seed", ["3", "4", "77"])
+def test_the_turning_network_trains_and_certifies_on_other_seeds_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: str
 ) -> None:
     from models import card, evaluate, train  # noqa: PLC0415
 
     monkeypatch.setattr(evaluate, "TURNING_POINTS", 100)
     monkeypatch.setattr(card, "PER_BIN", 50)
     monkeypatch.setattr(card, "_picture_field", lambda *_: None)
-    path = tiny(tmp_path, "turning", seed="3", hidden="8", adam_steps="100", fit_steps="200")
+    path = tiny(tmp_path, "turning", seed=seed)
     made = train.run(path)
     assert certificate.check(made).model == "turning"
     assert "slab" in made.with_suffix(".md").read_text()
