@@ -1,7 +1,6 @@
 """How far a model is from the exact field, measured through onnxruntime."""
 
 import numpy as np
-import onnx
 
 from companion.messages import FloatArray
 from companion.planning.field import repulsion_strength
@@ -14,9 +13,9 @@ POINTS = 40_000
 TURNING_POINTS = 20_000
 
 
-def errors(model: onnx.ModelProto, spec: Spec) -> dict[str, float]:
+def errors(content: bytes, spec: Spec) -> dict[str, float]:
     """Distance, direction and magnitude errors between delta and twice delta from the set."""
-    session = open_session(model.SerializeToString(), spec.name)
+    session = open_session(content, spec.name)
     near_m, far_m = spec.field.delta_m, 2 * spec.field.delta_m
     rng = np.random.default_rng((spec.seed, 1))
     points = POINTS if len(spec.domain) == len(COLUMNS) else TURNING_POINTS

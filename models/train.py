@@ -57,7 +57,7 @@ def run(path: Path, progress: Progress = silent) -> Path:
     else:
         export = _gradient(settings, checkpoint, progress)
     progress("evaluate", 0.0, "")
-    error = evaluate.errors(export({}), settings)
+    error = evaluate.errors(export({}).SerializeToString(), settings)
     target = path.with_suffix(".onnx")
     target.write_bytes(export(error).SerializeToString(deterministic=True))
     if not isinstance(settings, spec.GradientSpec):
