@@ -38,6 +38,12 @@ def test_a_jump_enlarges_the_error_by_all_of_it_and_stays() -> None:
     assert seen(jumps, at(200.0, 60.0, 80.0)) == pytest.approx(100.0)
 
 
+def test_a_vehicle_that_stopped_while_the_link_was_down_has_not_jumped() -> None:
+    """An autopilot without setpoints stops; when it is heard again it is short of where it was going."""
+    assert seen(Jumps(config()), at(0.0), at(24.0, -SPEED * 24.0)) == 0.0
+    assert seen(Jumps(config()), at(0.0), at(24.0, 60.0)) > 0.0  # farther than it can have gone
+
+
 def test_a_position_that_jumps_back_has_explained_itself() -> None:
     jumps = Jumps(config())
     assert seen(jumps, at(0.0), at(1.0, 500.0)) == pytest.approx(500.0)

@@ -12,6 +12,7 @@ from companion.messages import OwnState
 
 SETTLED_S = 30.0  # at the surface, without a jump
 SLACK_MPS = 0.2  # velocities measured over ground are this uncertain
+GAP_S = 2.0  # states farther apart: it may have stopped and gone on, only its speed is bounded
 
 
 class Jumps:
@@ -19,6 +20,7 @@ class Jumps:
 
     def __init__(self, config: Config) -> None:
         self._guard = config.guard
+        self._fastest_mps = config.vehicle.max_speed_mps + config.guard.current_mps
         self._surfaced_depth_m = config.vehicle.surfaced_depth_m
         self._last: OwnState | None = None
         self._off = (0.0, 0.0)
@@ -43,7 +45,8 @@ class Jumps:
         allowed = 2 * self._guard.own_position_error_m + self._guard.own_position_drift_mps * submerged_s
         allowed += SLACK_MPS * max(dt, 0.0)
         off = math.hypot(north, east)
-        if off <= allowed:
+        moved_m = math.hypot(own.north_m - last.north_m, own.east_m - last.east_m)
+        if off <= allowed or (dt > GAP_S and moved_m <= self._fastest_mps * dt + allowed):
             return 0.0
         self._off = self._off[0] + north, self._off[1] + east
         self._allowed_m = allowed
