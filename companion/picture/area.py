@@ -15,6 +15,7 @@ from companion.messages import FloatArray, IntArray
 ALWAYS = Instant(-(2**62))
 _MEAN_RADIUS_M = 6_371_008.8
 _EQUATOR_M, _E2 = 6_378_137.0, 6.694379990141e-3  # WGS84
+_FLAT, _RADIANS = 1.0 - _E2, math.pi / 180
 _SPHERE_ERROR = 0.006  # the great circle on a sphere is off by up to 0.56 % of the ellipsoid's
 
 
@@ -57,12 +58,12 @@ def offset_m(
 
     0.02 % off within 10 km outside the polar regions; the nearer way around the globe.
     """
-    lat = math.radians(latitude_deg)
-    w2 = 1.0 - _E2 * math.sin(lat) ** 2
+    sin = math.sin(latitude_deg * _RADIANS)
+    w2 = 1.0 - _E2 * (sin * sin)
     across = _EQUATOR_M / math.sqrt(w2)
     east_deg = (to_lon_deg - longitude_deg + 180.0) % 360.0 - 180.0
-    mid = math.cos(math.radians((latitude_deg + to_lat_deg) / 2))
+    mid = math.cos((latitude_deg + to_lat_deg) / 2 * _RADIANS)
     return (
-        math.radians(to_lat_deg - latitude_deg) * across * (1.0 - _E2) / w2,
-        math.radians(east_deg) * across * mid,
+        (to_lat_deg - latitude_deg) * _RADIANS * across * _FLAT / w2,
+        east_deg * _RADIANS * across * mid,
     )

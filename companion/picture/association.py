@@ -23,8 +23,9 @@ from msgspec.structs import replace
 from companion.instant import Instant
 from companion.messages import ContactReport
 from companion.picture.forecast import History
-from companion.picture.plausibility import Gate, Judgement, Motion
+from companion.picture.plausibility import Gate, Judgement
 from companion.picture.reports import same_measurement
+from companion.picture.straight_filter import Motion
 
 REFUTE = 2
 GIVE_UP = 3
@@ -82,12 +83,12 @@ class Places:
             return Placement.FIRST
         if len(self.held) == 1 and self.ghost is None:  # as nearly always
             only = self.held[0]
-            if only.motion.report.measured_at < report.measured_at and not same_measurement(
-                only.motion.report, report
-            ):
-                judgement = gate.judge(only.motion, report)
-                if judgement.plausible:
-                    only.motion = judgement.motion
+            motion = only.motion
+            known = motion.report
+            if known.measured_at < report.measured_at and not same_measurement(known, report):
+                after = gate.follow(motion, report)
+                if after is not None:
+                    only.motion = after
                     self.newest = only
                     only.hits += 1
                     only.elsewhere = 0
@@ -115,7 +116,7 @@ class Places:
                 received_at=Instant(report.received_at + step_ns),
                 measured_at=Instant(report.measured_at + step_ns),
             )
-            place.motion = place.motion._replace(report=moved)
+            place.motion = replace(place.motion, report=moved)
             if place.history is not None:
                 place.history.move_clock(step_ns)
 

@@ -132,8 +132,12 @@ class Picture:
         self._echo.weigh(contact.echo, report)
         self._touched.add(mmsi)
         placement = self._place(contact, report)
-        if self._watch is not None and placement in _BELIEVED and contact.places.newest is not None:
-            place = contact.places.newest
+        place = contact.places.newest
+        if (
+            self._watch is not None
+            and (placement is CONTINUED or placement in _BELIEVED)
+            and place is not None
+        ):
             if place.history is None:
                 place.history = History(len(self._watch.ages_s))
             place.history.take(report, contact.craft(), self._watch)

@@ -10,8 +10,10 @@ Signed packets are taken without checking the signature: no key is configured.
 import re
 import struct
 from collections import Counter
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
+import msgspec
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from companion.instant import NS_PER_S, Instant
@@ -20,12 +22,16 @@ MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _SIGNED = 0x01  # the only incompatibility flag there is
 _SIGNATURE = 13
 _MAGIC = re.compile(rb"[\xfd\xfe]")
-_HEADER = struct.Struct("<BBBBBBBHB")
+_WHOLE = struct.Struct("<BBBxxBBHB")  # of MAVLink 2: magic, length, flag, system, component, message
 _CRC_EXTRA = {number: bytes((each.crc_extra,)) for number, each in dialect.mavlink_map.items()}
+# the function behind the dialect's class, where it has the compiled one
+_crc: Callable[[bytes], int] = getattr(dialect, "mcrf4xx", None) or (
+    lambda data: int(dialect.x25crc(data).crc)
+)
 _STALLED_NS = NS_PER_S // 2  # a packet whose rest does not come by then never comes
 
 
-class Packet(NamedTuple):
+class Packet(msgspec.Struct, frozen=True, gc=False):
     """One packet that passed its checksum."""
 
     system_id: int
@@ -110,8 +116,8 @@ def _packet(data: bytes, at: int) -> tuple[Packet, bool | None]:
     extra = _CRC_EXTRA.get(message_id)
     if extra is None:
         return packet, None
-    crc = dialect.x25crc(data[at + 1 : payload_end] + extra)
-    return packet, crc.crc == data[payload_end] | data[payload_end + 1] << 8
+    crc = _crc(data[at + 1 : payload_end] + extra)
+    return packet, crc == data[payload_end] | data[payload_end + 1] << 8
 
 
 def _whole(data: bytes) -> Packet | None:
@@ -120,12 +126,14 @@ def _whole(data: bytes) -> Packet | None:
     What a datagram holds, mostly.
     """
     size = len(data)
-    if size < 12 or data[0] != MAGIC_V2 or data[1] != size - 12 or data[2]:
+    if size < 12:
         return None
-    _, _, _, _, _, system, component, low, high = _HEADER.unpack_from(data)
+    magic, length, flags, system, component, low, high = _WHOLE.unpack_from(data)
+    if magic != MAGIC_V2 or length != size - 12 or flags:
+        return None
     message_id = low | high << 16
     extra = _CRC_EXTRA.get(message_id)
-    if extra is None or dialect.x25crc(data[1:-2] + extra).crc != data[-2] | data[-1] << 8:
+    if extra is None or _crc(data[1:-2] + extra) != data[-2] | data[-1] << 8:
         return None
     return Packet(system, component, message_id, data[10:-2])
 
