@@ -32,18 +32,19 @@ def distance_m(
 
 def entries_ns(
     origin_deg: tuple[float, float],
-    places_deg: FloatArray,
+    latitude_deg: FloatArray,
+    longitude_deg: FloatArray,
     measured_at_ns: IntArray,
     size_m: FloatArray,
     top_speed_mps: FloatArray,
 ) -> IntArray:
     """(n,) the first instant at which each ship can touch the area around `origin_deg`.
 
-    `ALWAYS` where it may have been there from the start.  `places_deg` (n, 2) are latitude and longitude
-    when measured; `size_m` is whatever its set has beside the motion: hull and position error.
+    `ALWAYS` where it may have been there from the start.  The places (n,) are those when
+    measured; `size_m` is whatever its set has beside the motion: hull and position error.
     """
-    lat, other = math.radians(origin_deg[0]), np.radians(places_deg[:, 0])
-    half_east = np.sin(np.radians(places_deg[:, 1] - origin_deg[1]) / 2)
+    lat, other = math.radians(origin_deg[0]), np.radians(latitude_deg)
+    half_east = np.sin(np.radians(longitude_deg - origin_deg[1]) / 2)
     h = np.sin((other - lat) / 2) ** 2 + math.cos(lat) * np.cos(other) * half_east**2
     range_m = 2 * _MEAN_RADIUS_M * np.arcsin(np.minimum(np.sqrt(h), 1.0))
     to_go_m = range_m * (1 - _SPHERE_ERROR) - size_m - MAX_RANGE_M

@@ -61,6 +61,7 @@ class Craft(NamedTuple):
     is_class_b: bool
     ship_type: int | None
     length_m: float  # 0 while not known
+    sort: int  # of `SORTS`
 
 
 def sort_of(ship_type: int | None) -> int:
@@ -142,7 +143,7 @@ class History:
                 craft.ship_type,
                 craft.length_m,
             )
-        return self._features, sort_of(craft.ship_type)
+        return self._features, craft.sort
 
     def move_clock(self, step_ns: int) -> None:
         """The source's clock was set: what was foretold on the old one is not scored on the new one."""
