@@ -177,7 +177,7 @@ def prepare(file: BoundsFile, level: float, origin: str) -> LearnedBounds:
         level=level,
         mean=features[:, 0],
         deviation=features[:, 1],
-        weights=weights + TREND[:, None, None] * slopes,
+        weights=np.ascontiguousarray(weights + TREND[:, None, None] * slopes),
         base=np.array([file.base[side] for side in SIDES]),
         quantile=np.array(file.quantiles[key]),
         still_m=np.array(file.still_m[key]),
