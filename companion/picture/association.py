@@ -43,9 +43,6 @@ class Placement(StrEnum):
     OLDER = "picture.older"
 
 
-CONTINUED = Placement.CONTINUED  # the usual one, at hand
-
-
 @dataclass(slots=True, eq=False)
 class Hypothesis:
     """One place where the ship may be: its newest fix, reports from there, reports from elsewhere since."""
@@ -75,24 +72,30 @@ class Places:
     shared: bool = False  # two senders under one number
     newest: Hypothesis | None = None  # the one that took the last report
 
+    def follow(self, report: ContactReport, gate: Gate) -> bool:
+        """Take a report with a position if the only place foretold it; else say no and do nothing."""
+        if len(self.held) != 1 or self.ghost is not None:
+            return False
+        only = self.held[0]
+        motion = only.motion
+        known = motion.report
+        if known.measured_at >= report.measured_at or same_measurement(known, report):
+            return False
+        after = gate.follow(motion, report)
+        if after is None:
+            return False
+        only.motion = after
+        self.newest = only
+        only.hits += 1
+        only.elsewhere = 0
+        return True
+
     def take(self, report: ContactReport, gate: Gate) -> Placement:
-        """Place a report that has a position."""
+        """Place any report that has a position."""
         if not self.held:
             self.held.append(Hypothesis(gate.begin(report)))
             self.newest = self.held[0]
             return Placement.FIRST
-        if len(self.held) == 1 and self.ghost is None:  # as nearly always
-            only = self.held[0]
-            motion = only.motion
-            known = motion.report
-            if known.measured_at < report.measured_at and not same_measurement(known, report):
-                after = gate.follow(motion, report)
-                if after is not None:
-                    only.motion = after
-                    self.newest = only
-                    only.hits += 1
-                    only.elsewhere = 0
-                    return CONTINUED
         if any(same_measurement(h.report, report) for h in self.held):
             return Placement.DUPLICATE
         earlier = [h for h in self._known() if h.report.measured_at < report.measured_at]

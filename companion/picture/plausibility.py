@@ -9,6 +9,7 @@ filter judges; it never moves the set that is steered by.
 import math
 from typing import NamedTuple
 
+import msgspec
 from msgspec.structs import replace
 
 from companion.instant import NS_PER_S, elapsed_s
@@ -40,6 +41,17 @@ class Judgement(NamedTuple):
     motion: Motion  # the filter after this report, should it be believed
 
 
+class _Found(msgspec.Struct, gc=False):
+    """What the straight filter makes of a report; see `straight_filter.update`."""
+
+    innovation: float
+    gate: float
+    det: float
+    motion: Motion
+    moved_m: Pair
+    drift: Pair
+
+
 class Gate:
     """Judges reports against motions; keeps no state of its own."""
 
@@ -65,53 +77,53 @@ class Gate:
         None says no more than that `judge` is to be asked.
         """
         found = self._go_on(known, report)
-        if found is None:
-            return None
-        innovation, _, motion = found
-        return motion if innovation <= _gate(report) else None
+        return found.motion if found is not None and found.innovation <= found.gate else None
 
     def judge(self, known: Motion, report: ContactReport) -> Judgement:
         """Whether `report`, measured after `known`, can be the same ship."""
         found = self._go_on(known, report)
         if found is None:
             return Judgement(False, math.inf, self.begin(report))
-        innovation, det, motion = found
-        surprise = innovation + 2 * math.log(det)
-        if innovation <= _gate(report):
+        motion, gate = found.motion, found.gate
+        surprise = found.innovation + 2 * math.log(found.det)
+        if found.innovation <= gate:
             return Judgement(True, surprise, motion)
         turned, surprise_turned = self._turning.judge(
             (known.north_m, known.east_m, known.north_mps, known.east_mps),
             (known.position_m2, known.both_m2ps, known.velocity_m2ps2),
             known.turn_radps,
-            (*offset_m(*_place(known.report), *_place(report)), *(_velocity_mps(report) or ())),
+            (*found.moved_m, *(_velocity_mps(report) or ())),
             motion.since_s,
-            _drift(report, motion.since_s),
+            found.drift,
             (self._sigma_m(report) ** 2, VELOCITY_SIGMA_MPS**2),
         )
-        if turned <= _gate(report):
+        if turned <= gate:
             anew = replace(self.begin(report), cog_before_rad=motion.cog_before_rad, since_s=motion.since_s)
             return Judgement(True, surprise_turned, anew)
         return Judgement(False, surprise, motion)
 
-    def _go_on(self, known: Motion, report: ContactReport) -> tuple[float, float, Motion] | None:
-        """See `straight_filter.update`; None for an impossible way."""
+    def _go_on(self, known: Motion, report: ContactReport) -> _Found | None:
+        """None for an impossible way."""
         before = known.report
         dt = (report.measured_at - before.measured_at) / NS_PER_S
-        moved = offset_m(
+        north_m, east_m = moved_m = offset_m(
             before.latitude_deg,  # type: ignore[arg-type]  # reports with a position only, in all of this
             before.longitude_deg,  # type: ignore[arg-type]
             report.latitude_deg,  # type: ignore[arg-type]
             report.longitude_deg,  # type: ignore[arg-type]
         )
         at_ease_m = min(self._any_ship_mps * dt, _PLANE_M)
-        north_m, east_m = moved
         if north_m * north_m + east_m * east_m > at_ease_m * at_ease_m and not self._is_possible(
-            before, report, moved, dt
+            before, report, moved_m, dt
         ):
             return None
-        return update(
-            known, report, moved, _velocity_mps(report), dt, _drift(report, dt), self._sigma_m(report)
-        )
+        # what an unknown acceleration adds to the variances of position and velocity
+        faster = (_SLUGGISH_MPS2 if report.kind is _CLASS_A else _NIMBLE_MPS2) * dt
+        drift = (faster * dt / 2) ** 2, faster**2
+        velocity = _velocity_mps(report)
+        innovation, det, motion = update(known, report, moved_m, velocity, dt, drift, self._sigma_m(report))
+        gate = _GATE_POSITION if velocity is None else _GATE_BOTH
+        return _Found(innovation, gate, det, motion, moved_m, drift)
 
     def can_lead_to(self, before: ContactReport, report: ContactReport) -> bool:
         """Whether the way from one place to the other is possible at all in the time between."""
@@ -132,17 +144,6 @@ class Gate:
     def _sigma_m(self, report: ContactReport) -> float:
         """The bounds are taken for two sigma here."""
         return self._sigmas_m[report.accurate] + (report.sog_mps or 0.0) * report.age_error_s
-
-
-def _gate(report: ContactReport) -> float:
-    return _GATE_POSITION if report.sog_mps is None or report.cog_rad is None else _GATE_BOTH
-
-
-def _drift(report: ContactReport, dt: float) -> Pair:
-    """What an unknown acceleration adds to the variances of position and velocity."""
-    acceleration = _SLUGGISH_MPS2 if report.kind is _CLASS_A else _NIMBLE_MPS2
-    faster = acceleration * dt
-    return (faster * dt / 2) ** 2, faster**2
 
 
 def _place(report: ContactReport) -> Pair:
