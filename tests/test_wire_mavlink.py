@@ -404,7 +404,7 @@ def test_hulls_hold_the_largest_ship_that_the_flags_allow(
     assert hear_vessel(vessel(flags=flags, **dict(zip(names, sizes, strict=True)))).hull == hull
 
 
-@pytest.mark.parametrize("mmsi", [0, 1_000_000_000, 2**32 - 1])
+@pytest.mark.parametrize("mmsi", [2**30, 2**32 - 1])
 def test_an_impossible_mmsi_is_dropped_and_counted(mmsi: int) -> None:
     to = decoder()
     assert hear(to, Talker().say(vessel(MMSI=mmsi))) == []
@@ -587,7 +587,7 @@ FIELD_RANGES = st.fixed_dictionaries(
 def test_whatever_a_vessel_says_stays_in_its_range(values: dict[str, Any], quirk: AisQuirk) -> None:
     for report in hear(decoder(quirk), Talker().say(vessel(**values))):
         assert isinstance(report, ContactReport)
-        assert 0 < report.mmsi <= 999_999_999
+        assert 0 <= report.mmsi < 2**30
         assert (report.latitude_deg is None) == (report.longitude_deg is None)
         for value, low, high in (
             (report.latitude_deg, -90, 90),

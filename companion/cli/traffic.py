@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from companion.cli.options import Commands, position
+from companion.cli.options import Commands, position, speedup
 
 
 def add(commands: Commands) -> None:
@@ -25,6 +25,9 @@ def add(commands: Commands) -> None:
         "--silence", type=float, default=0.0, metavar="S", help="and then hear nothing for so long"
     )
     p.add_argument("--most", type=int, default=25, metavar="N", help="contacts listed (%(default)s)")
+    p.add_argument(
+        "--speedup", type=speedup, default=1.0, metavar="N", help="simulators only: N times real time"
+    )
     p.add_argument("--chart", type=Path, default=Path("picture.png"), metavar="PNG", help="(%(default)s)")
     p.set_defaults(command=_picture)
 
