@@ -52,7 +52,7 @@ class AisQuirk(StrEnum):
     ARDUPILOT_EARLY = "ardupilot-early"
 
 
-_HIGHEST_MMSI, _FASTEST_MPS = ais_rules.HIGHEST_MMSI, ais_rules.FASTEST_MPS
+_is_mmsi, _FASTEST_MPS = ais_rules.is_mmsi, ais_rules.FASTEST_MPS
 _NO_STATUS = ais_rules.NAVIGATIONAL_STATUS_UNKNOWN
 _text = ais_rules.text
 _STANDARD, _EARLY = AisQuirk.STANDARD, AisQuirk.ARDUPILOT_EARLY
@@ -85,7 +85,7 @@ def read(payload: bytes, received: Instant, quirk: AisQuirk, counts: Counter[str
     ) = LAYOUT.unpack(
         payload if len(payload) == LAYOUT.size else payload[: LAYOUT.size].ljust(LAYOUT.size, b"\0")
     )
-    if not 0 < mmsi <= _HIGHEST_MMSI:
+    if not _is_mmsi(mmsi):
         counts["ais_vessel.bad_mmsi"] += 1
         return None
     latitude: float | None = lat * 1e-7
