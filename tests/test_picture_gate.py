@@ -13,6 +13,7 @@ from companion import config
 from companion.messages import ContactReport, TargetKind
 from companion.picture.bounds import Assumptions
 from companion.picture.plausibility import GATE, Gate
+from companion.picture.straight_filter import VELOCITY_SIGMA_MPS, Motion, update
 from companion.picture.turning_mode import turn
 from tests.contact_reports import picture, report
 
@@ -62,6 +63,51 @@ def test_the_cheap_filter_is_filterpy_s(steps: list[tuple[float, float, float]])
             assert judged.surprise == pytest.approx(expected, rel=2e-3, abs=0.05)
         else:
             return  # refused: the second mode may begin anew
+
+
+NUMBER = st.floats(-500.0, 500.0)
+SIZE = st.floats(0.1, 100.0)
+
+
+@given(
+    st.tuples(NUMBER, NUMBER, NUMBER, NUMBER),
+    st.tuples(SIZE, st.floats(-0.9, 0.9), SIZE),
+    st.tuples(NUMBER, NUMBER),
+    st.none() | st.tuples(NUMBER, NUMBER),
+    st.floats(0.0, 60.0),
+    st.tuples(SIZE, SIZE),
+    st.floats(1.0, 50.0),
+)
+def test_one_step_of_the_gate_s_filter_is_filterpy_s_number_for_number(
+    state: tuple[float, float, float, float],
+    spread: tuple[float, float, float],
+    moved: tuple[float, float],
+    speed: tuple[float, float] | None,
+    dt: float,
+    drift: tuple[float, float],
+    sigma: float,
+) -> None:
+    """State, covariance, innovation and |S| of any step, with a velocity and without, within 1e-9."""
+    one = report(0.0)
+    p, v = spread[0], spread[2]
+    b = spread[1] * math.sqrt(p * v)
+    innovation, det, motion = update(Motion(one, *state, p, b, v), one, moved, speed, dt, drift, sigma)
+
+    size = 2 if speed is None else 4
+    kalman = KalmanFilter(dim_x=4, dim_z=size)
+    kalman.x, kalman.P = np.array(state), np.kron(((p, b), (b, v)), np.eye(2))
+    f = np.kron(((1.0, dt), (0.0, 1.0)), np.eye(2))
+    kalman.predict(F=f, Q=np.diag(np.repeat(drift, 2)))
+    noise = np.diag((sigma**2, sigma**2, VELOCITY_SIGMA_MPS**2, VELOCITY_SIGMA_MPS**2)[:size])
+    kalman.update(np.array((*moved, *(speed or ()))), R=noise, H=np.eye(4)[:size])
+
+    after = np.array((motion.north_m, motion.east_m, motion.north_mps, motion.east_mps))
+    assert after + np.array((*moved, 0.0, 0.0)) == pytest.approx(kalman.x, rel=1e-9, abs=1e-9)
+    a, b, c = motion.position_m2, motion.both_m2ps, motion.velocity_m2ps2
+    scale = float(np.abs(kalman.P_prior).max())
+    assert np.kron(((a, b), (b, c)), np.eye(2)) == pytest.approx(kalman.P, rel=1e-9, abs=1e-9 * scale)
+    assert innovation == pytest.approx(float(kalman.y @ kalman.SI @ kalman.y), rel=1e-9, abs=1e-9)
+    assert 2 * math.log(det) == pytest.approx(float(np.linalg.slogdet(kalman.S)[1]), rel=1e-9, abs=1e-9)
 
 
 def test_a_turn_is_a_rotation_of_the_velocity_along_an_arc() -> None:
