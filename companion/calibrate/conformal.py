@@ -4,8 +4,8 @@ The vessels are dealt into folds; each fold's outcomes are scored by scales fitt
 quantile is taken over all those scores.  The scales that go into the file are fitted on all vessels: they
 are a little better than those scored.
 
-One ship's outcomes are alike, so a ship not seen is worse served than its outcomes' number says.  The rank of
-the quantile is therefore such that, on average, every vessel is covered as wanted by the scores of the others.
+One ship's outcomes are alike, so a ship not seen is worse served than the number of outcomes says.  The rank
+of the quantile is therefore such that, on average, each vessel is covered as wanted by the others' scores.
 """
 
 import math
@@ -18,7 +18,7 @@ from companion.calibrate.fit import Scales, Shape, fit
 from companion.messages import SPREAD_AGES_S, FloatArray, IntArray
 
 FOLDS = 5
-FEW = 1000  # outcomes of an age that suffice
+FEW = 800  # outcomes of an age that suffice
 KS = range(len(SPREAD_AGES_S))
 
 
@@ -52,7 +52,7 @@ def quantile(values: FloatArray, level: float) -> float:
 
 
 def of_others(values: FloatArray, vessels: IntArray, level: float) -> float:
-    """The quantile by which a share `level` of all values is within the quantile of the other vessels' ones."""
+    """The quantile whose rank leaves a share `level` of all values within that of the other vessels."""
     order = np.argsort(values, kind="stable")
     whose = np.unique(vessels, return_inverse=True)[1][order]
     by_vessel = np.argsort(whose, kind="stable")  # in it each vessel's values are in a row, smallest first

@@ -1,9 +1,9 @@
 """How well the bounds hold on vessels never used, by repeated splits; and what the rivals need or lose.
 
 The vessels are dealt into quarters, again and again; every split sets one quarter aside, calibrates on the
-others, and measures on those set aside.  Of whole deals every vessel is set aside equally often: half of all
-large errors are one or two ships', and how often these were drawn would be all that a figure showed.  Measured:
-coverage and mean area of the learned sets, of the best single disc around the straight prediction with the
+others, and measures on those set aside.  Every vessel is set aside equally often: half of all large errors
+are one or two ships', and how often these were drawn would be all that a figure showed.  Measured: coverage
+and mean area of the learned sets, of the best single disc around the straight prediction with the
 same level, and of a disc that the same features scale.  Areas are of the antenna's set: hull and position
 error come on top of any of them.
 """

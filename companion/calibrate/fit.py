@@ -114,7 +114,9 @@ def fit(data: Dataset, shape: Shape) -> Scales:
     weights, slopes, base = _unpacked(numbers, weights.shape, base.shape)
     for k in ages:
         log_scale = (weights + TREND[k] * slopes) @ inputs[k].T + base[:, k : k + 1]
-        base[:, k] += 0.5 * np.log(MEAN_AREA * SPREAD_AGES_S[k] ** 2 / area_m2(np.exp(log_scale).T, shape).mean())
+        base[:, k] += 0.5 * np.log(
+            MEAN_AREA * SPREAD_AGES_S[k] ** 2 / area_m2(np.exp(log_scale).T, shape).mean()
+        )
     return Scales(mean, deviation, weights, slopes, base, shape)
 
 

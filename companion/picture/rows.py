@@ -64,7 +64,7 @@ class Rows:
     ) -> Block:
         reports = [place.motion.report for place in places]
         extents = [self._assumptions.extent(c.hull, c.kind) for c in contacts]
-        bounds, spread = self._assumptions.of(reports, extents, self._learned_m(places))
+        bounds, spread = self._assumptions.of(reports, extents, self._learned_m(contacts, places))
         where = np.array([(r.latitude_deg, r.longitude_deg) for r in reports], dtype=np.float64)
         measured_at = np.array([r.measured_at for r in reports], dtype=np.int64)
         hull_m = np.maximum(bounds.bow_m, bounds.stern_m) + np.maximum(bounds.port_m, bounds.starboard_m)
@@ -93,7 +93,7 @@ class Rows:
             changes_at=np.where(turns > now, turns, NEVER).min(axis=0),
         )
 
-    def _learned_m(self, places: list[Hypothesis]) -> FloatArray | None:
+    def _learned_m(self, contacts: list[Contact], places: list[Hypothesis]) -> FloatArray | None:
         """(n, K, 3) how far recorded ships like these strayed; NaN where that is not known."""
         bounds, adaptation = self._assumptions.learned, self._adaptation
         if bounds is None or adaptation is None:
@@ -112,7 +112,8 @@ class Rows:
         if len(way):
             told = [each for i in way.tolist() if (each := known[i]) is not None]
             features = np.array([each for each, _ in told])
-            raised = adaptation.raised[[sort for _, sort in told]]
+            sorts, numbers = [sort for _, sort in told], (contacts[i].mmsi for i in way.tolist())
+            raised = adaptation.raised_of(sorts, numbers)
             found[way] = bounds.spread_m(features, raised, sog[way], top[way])
         return found
 
