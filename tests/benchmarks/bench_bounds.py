@@ -1,11 +1,13 @@
 """How far the bounds hold: by seed of the splits, and from one water on another.
 
     python -m tests.benchmarks.bench_bounds seeds FIRST LAST     Houston's vessels, 16 splits for each seed
+    python -m tests.benchmarks.bench_bounds close FIRST LAST     the same, of ages within 5 % of those stated
     python -m tests.benchmarks.bench_bounds waters               every water's bounds on every other
 
-The waters are the recordings, and Houston's vessels by halves: the northern and the southern (each where its
-median latitude is) on one another.  What was chosen on splits was chosen on seeds 1 to 4 and 101 to 103.
-Half a minute of one core for a seed, a minute for the waters; not collected by pytest.
+The waters are the recordings; Houston's vessels by halves, the northern and the southern (each where its
+median latitude is) on one another; and the short recordings again and again, ships of new numbers each time,
+for an hour and a half.  What was chosen on splits was chosen on seeds 1 to 4 and 101 to 103.  Half a minute of
+one core for a seed, a minute for the waters; not collected by pytest.
 """
 
 import sys
@@ -16,10 +18,11 @@ import numpy as np
 
 from companion.calibrate import bounds_file
 from companion.calibrate.conformal import calibrate
-from companion.calibrate.dataset import Collector, Dataset, collect
+from companion.calibrate.dataset import WATCHED_S, Collector, Dataset, collect
 from companion.calibrate.evaluate import Figure, figures
 from companion.calibrate.transfer import replayed
 from companion.edges import traffic
+from companion.instant import after
 from companion.messages import SPREAD_AGES_S
 from companion.picture import learned
 from companion.picture.forecast import Outcome
@@ -29,6 +32,8 @@ HOUSTON = "ais_houston_ship_channel_20200101_1500-1700Z.csv.gz"
 GULF = "n2k_gulf_of_finland_20140815_refragmented.candump.gz"
 IJSSELMEER = "n2k_ijsselmeer_20221130_native.candump.gz"
 SPLITS, LEVELS = 16, (0.95, 0.99)
+CLOSE = 0.05
+REPEATED_S = 5400.0
 
 
 def water(name: str) -> list[Outcome]:
@@ -56,9 +61,23 @@ def dataset(outcomes: list[Outcome]) -> Dataset:
     return collector.dataset()
 
 
-def seeds(first: int, last: int) -> None:
+def repeated(outcomes: list[Outcome], span_s: float) -> list[Outcome]:
+    """A recording of that length again and again until `REPEATED_S`, its ships with new numbers each time."""
+    found: list[Outcome] = []
+    for i in range(round(REPEATED_S / span_s)):
+        for o in outcomes:
+            fix = o.forecast.fix._replace(at=after(o.forecast.fix.at, i * span_s))
+            forecast = o.forecast._replace(fix=fix)
+            found.append(o._replace(mmsi=o.mmsi + i * 10**9, at=after(o.at, i * span_s), forecast=forecast))
+    return found
+
+
+def seeds(first: int, last: int, *, close: bool = False) -> None:
     """Coverage and ratios of each seed, and the least, median and greatest."""
     data = dataset(water(HOUSTON))
+    if close:
+        stated = np.array(WATCHED_S)[data.watch]
+        data = data.only(abs(data.age_s - stated) <= CLOSE * stated)
     by_age: dict[tuple[float, float], list[Figure]] = {}
     for seed in range(first, last + 1):
         for f in figures(data, "kite", LEVELS, SPLITS, np.random.default_rng(seed)):
@@ -70,19 +89,15 @@ def seeds(first: int, last: int) -> None:
             )
     print("\nleast, median and greatest of the seeds")
     for (level, age_s), found in sorted(by_age.items()):
-        shares, to_level, ratios = (
-            (min(x), float(np.median(x)), max(x))
-            for x in (
-                [100 * f.coverage for f in found],
-                [f.ratio_to_level for f in found],
-                [f.ratio for f in found],
-            )
-        )
         print(
-            f"{100 * level:g} %  {age_s / 60:4g} min  "
-            f"coverage {shares[0]:.1f} {shares[1]:.1f} {shares[2]:.1f}  of the level's disc {to_level[0]:.2f} {to_level[1]:.2f} {to_level[2]:.2f}"
-            f"  of equal coverage {ratios[0]:.2f} {ratios[1]:.2f} {ratios[2]:.2f}"
+            f"{100 * level:g} %  {age_s / 60:4g} min  coverage {_range([100 * f.coverage for f in found], 1)}"
+            f"  of the level's disc {_range([f.ratio_to_level for f in found], 2)}"
+            f"  of equal coverage {_range([f.ratio for f in found], 2)}"
         )
+
+
+def _range(values: list[float], digits: int) -> str:
+    return " ".join(f"{x:.{digits}f}" for x in (min(values), float(np.median(values)), max(values)))
 
 
 def waters() -> None:
@@ -97,6 +112,8 @@ def waters() -> None:
         ("Houston on the IJsselmeer", dataset(houston), ijsselmeer),
         ("Houston north on south", dataset(north), south),
         ("Houston south on north", dataset(south), north),
+        ("Houston on the Gulf again and again", dataset(houston), repeated(gulf, 600.0)),
+        ("Houston on the IJsselmeer again and again", dataset(houston), repeated(ijsselmeer, 180.0)),
     ):
         found = calibrate(data, "kite", np.random.default_rng(0))
         scored = [o for o in other if o.watch < len(SPREAD_AGES_S)]
@@ -115,7 +132,7 @@ def waters() -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["seeds"]:
-        seeds(int(sys.argv[2]), int(sys.argv[3]))
+    if sys.argv[1:2] in (["seeds"], ["close"]):
+        seeds(int(sys.argv[2]), int(sys.argv[3]), close=sys.argv[1] == "close")
     else:
         waters()
