@@ -18,7 +18,7 @@ from companion.calibrate.fit import Scales, Shape, fit
 from companion.messages import SPREAD_AGES_S, FloatArray, IntArray
 
 FOLDS = 5
-FEW = 800  # outcomes of an age that suffice
+FEW = 600  # outcomes of an age that suffice
 KS = range(len(SPREAD_AGES_S))
 
 
