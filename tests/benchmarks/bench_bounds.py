@@ -6,7 +6,7 @@
 
 The waters are the recordings; Houston's vessels by halves, the northern and the southern (each where its
 median latitude is) on one another; and the short recordings again and again, ships of new numbers each time,
-for an hour and a half.  What was chosen on splits was chosen on seeds 1 to 4 and 101 to 103.  Half a minute
+for an hour and a half.  What was chosen on splits was chosen on seeds 1 to 5 and 101 to 103.  Half a minute
 of one core for a seed, a minute for the waters; not collected by pytest.
 """
 
