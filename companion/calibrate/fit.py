@@ -4,8 +4,8 @@ The loss is, over the stated ages, the logarithm of the mean size plus the logar
 level needs, size being the square root of the area; it is invariant to the unit of the scales and
 differentiable but for the quantile, whose gradient is taken as the mean over the outcomes near it.  Adam on
 some hundred numbers, ridge on the weights and on how they change with the age, and a second ridge that keeps
-the three sides alike.  Since the loss leaves the unit open, every fit is brought to the same mean area: only then are
-scores by fits on different vessels comparable.  All constants were chosen on splits by vessel.
+the three sides alike.  Since the loss leaves the unit open, every fit is brought to the same mean area: only
+then are scores by fits on different vessels comparable.  All constants were chosen on splits by vessel.
 """
 
 from dataclasses import dataclass

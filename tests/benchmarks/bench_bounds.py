@@ -20,7 +20,7 @@ from companion.calibrate import bounds_file
 from companion.calibrate.conformal import calibrate
 from companion.calibrate.dataset import WATCHED_S, Collector, Dataset, collect
 from companion.calibrate.evaluate import Figure, figures
-from companion.calibrate.transfer import replayed
+from companion.calibrate.transfer import Transfer, replayed
 from companion.edges import traffic
 from companion.instant import after
 from companion.messages import SPREAD_AGES_S
@@ -120,15 +120,20 @@ def waters() -> None:
         text = bounds_file.text(found, data, LEVELS, [name])
         for level in LEVELS:
             for t in replayed(learned.prepare(learned.parse(text, name), level, name), scored):
-                low, high = t.interval_late
-                sorts = ", ".join(f"{sort} {100 * share:.0f}" for sort, share in t.by_sort_late.items())
-                print(
-                    f"{name}  {100 * level:g} %  {t.age_s / 60:4g} min  {t.scored:5d}: {100 * t.fixed:.1f} % "
-                    f"-> {100 * t.adapted:.1f} %; after half an hour {100 * t.adapted_late:.1f} % of "
-                    f"{t.scored_late} ({100 * low:.1f} to {100 * high:.1f}), {t.area_ratio_late:.2f} of the "
-                    f"disc; {sorts}",
-                    flush=True,
-                )
+                if t.scored:
+                    print(f"{name}  {100 * level:g} %  {_told(t)}", flush=True)
+
+
+def _told(t: Transfer) -> str:
+    told = f"{t.age_s / 60:4g} min  {t.scored:5d}: {100 * t.fixed:.1f} % -> {100 * t.adapted:.1f} %"
+    if not t.scored_late:
+        return told
+    low, high = t.interval_late
+    sorts = ", ".join(f"{sort} {100 * share:.0f}" for sort, share in t.by_sort_late.items())
+    return (
+        f"{told}; after half an hour {100 * t.adapted_late:.1f} % of {t.scored_late} "
+        f"({100 * low:.1f} to {100 * high:.1f}), {t.area_ratio_late:.2f} of the disc; {sorts}"
+    )
 
 
 if __name__ == "__main__":
