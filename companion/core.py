@@ -197,12 +197,12 @@ class Core:
         if push is None:
             return []
         said: list[Reason] = []
-        exact = int((~push.from_network).sum())
+        exact = len(tracks) - np.count_nonzero(push.from_network)
         if exact and self._config.repulsion.kind == "network":
             said.append(
                 Reason("plan.exact_field", f"{exact} contacts outside the network's range: exact field")
             )
-        expired = int((tracks.age_s(now) > tracks.validity_s).sum())
+        expired = np.count_nonzero(tracks.age_s(now) > tracks.validity_s)
         if expired:
             said.append(
                 Reason("plan.expired", f"{expired} contacts silent too long: may be anywhere in reach")

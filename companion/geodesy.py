@@ -36,7 +36,7 @@ class LocalFrame:
     ) -> tuple[FloatArray, FloatArray]:
         """The same for many points (n,)."""
         east, north, _ = pymap3d.geodetic2enu(
-            latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0
+            latitude_deg, longitude_deg, 0.0, self.latitude_deg, self.longitude_deg, 0.0, _WGS84
         )
         return np.asarray(north), np.asarray(east)
 

@@ -122,7 +122,10 @@ def test_the_file_says_what_the_fit_says(houston: Dataset, tmp_path: Path) -> No
         )
         speed = part.sog_mps[i : i + 1]
         (size,) = bounds.spread_m(
-            part.features[i : i + 1], np.zeros((1, 4)), speed, np.maximum(16.0, speed + 0.25)
+            bounds.log_scale(part.features[i : i + 1]),
+            np.zeros((1, 4)),
+            speed,
+            np.maximum(16.0, speed + 0.25),
         )
         assert (size[1] >= half[i] * 0.999).all()  # only ever larger: sizes never shrink with age
     assert sides_m(part, 1).shape == (3, len(part))
@@ -152,7 +155,9 @@ def test_adaptation_brings_coverage_back_within_two_points_in_half_an_hour() -> 
     bounds = learned.load("houston", LEVEL)
     rng = np.random.default_rng(5)
     features = (0.0,) * len(FEATURES)
-    half = bounds.spread_m(np.array([features]), np.zeros((1, 4)), np.array([5.0]), np.array([16.0]))[0]
+    half = bounds.spread_m(
+        bounds.log_scale(np.array([features])), np.zeros((1, 4)), np.array([5.0]), np.array([16.0])
+    )[0]
     outcomes = []
     for minute in range(120):
         for ship in range(60):

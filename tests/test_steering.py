@@ -11,7 +11,7 @@ from companion.messages import FloatArray, Nearest, Phase, Repulsion, Tracks
 from companion.planning.attraction import attraction
 from companion.planning.creep import CREEP_MPS
 from companion.planning.field import ExactRepulsion
-from companion.planning.horizon import SHORTEST_S, clearing_until_age_s, paper_until_age_s
+from companion.planning.horizon import SHORTEST_S, Corridors, paper_until_age_s
 from companion.planning.steering import Steering
 from tests.builders import T0, config, own, tracks
 
@@ -121,7 +121,7 @@ def test_clearing_looks_ahead_until_the_corridor_is_behind_us() -> None:
         {"north_m": 200.0, "east_m": -900.0, "cog_rad": math.pi / 2},  # crosses ahead of us
         {"north_m": -300.0, "east_m": -900.0, "cog_rad": math.pi / 2},  # its corridor lies behind us
     )
-    until = clearing_until_age_s(
+    until = Corridors().clearing_until_age_s(
         ships,
         instant(60),
         np.zeros(2),

@@ -126,7 +126,7 @@ def _areas_m2(bounds: LearnedBounds, outcomes: list[Outcome], raised: FloatArray
     features = np.array([o.forecast.features for o in outcomes])
     sog = np.array([o.forecast.fix.sog_mps or 0.0 for o in outcomes])
     everywhere = np.repeat(raised[:, None], len(SPREAD_AGES_S), axis=1)
-    half = bounds.spread_m(features, everywhere, sog, np.maximum(TOP_MPS, sog + 0.25))
+    half = bounds.spread_m(bounds.log_scale(features), everywhere, sog, np.maximum(TOP_MPS, sog + 0.25))
     at_age = half[np.arange(len(outcomes)), [o.watch for o in outcomes]]
     return area_m2(at_age, "kite" if bounds.model is Model.KITE else "box")
 

@@ -11,6 +11,8 @@ from companion.instant import Instant
 class Link(StrEnum):
     """Where a frame came from or goes to."""
 
+    __hash__ = str.__hash__  # asked for every frame; that of the enum is not compiled
+
     MAVLINK = "mavlink"
     CAN = "can"
     AIVDM = "aivdm"
@@ -33,6 +35,8 @@ class Frame:
 
 class Source(StrEnum):
     """The wire format a report or position was decoded from."""
+
+    __hash__ = str.__hash__  # asked for every report
 
     AIS_VESSEL = "AIS_VESSEL"
     NMEA2000 = "NMEA2000"
@@ -61,14 +65,15 @@ class Hull:
     starboard_m: float
 
 
-class ContactReport(msgspec.Struct, frozen=True, kw_only=True):
+class ContactReport(msgspec.Struct, frozen=True, kw_only=True, gc=False):
     """One AIS-like report about one ship.  Any field may be missing; nothing is invented.
 
     `measured_at` is when the position was measured (arrival minus age); the true instant is
     within `age_error_s` of it.  A report without position carries static data only.
 
-    Not a dataclass, because thousands come in a second and msgspec makes one four times as fast; a copy
-    with changes is `msgspec.structs.replace(report, ...)`.
+    Not a dataclass, because thousands come in a second and msgspec makes one four times as fast, and holding
+    nothing that could hold it, without work for the garbage collector; a copy with changes is
+    `msgspec.structs.replace(report, ...)`.
     """
 
     mmsi: int

@@ -23,6 +23,7 @@ from companion.picture.forecast import SORTS, Outcome
 from companion.picture.learned import STILL_MPS, LearnedBounds
 
 RATE = 0.1  # at the shortest age, in natural logarithms of size; falls with the root of the age
+RATES = tuple(RATE * math.sqrt(SPREAD_AGES_S[0] / age_s) for age_s in SPREAD_AGES_S)
 EAGER, EAGER_FOR = 8.0, 30.0  # times as large at first, half as much after so many outcomes
 LOWEST, HIGHEST = -1.5, 3.0
 SHIP_RATE, SHIP_HIGHEST = 0.2, 3.0  # of the ship's own, at every age
@@ -69,8 +70,8 @@ class Adaptation:
 
     def __init__(self, bounds: LearnedBounds) -> None:
         self._bounds = bounds
-        self._shared = np.zeros((2, len(SPREAD_AGES_S)))  # of ships under way, and at rest
-        self._own = np.zeros((len(CELLS), len(SPREAD_AGES_S)))
+        self._shared = [[0.0] * len(SPREAD_AGES_S) for _ in range(2)]  # of ships under way, and at rest
+        self._own = [[0.0] * len(SPREAD_AGES_S) for _ in CELLS]
         self._ships: dict[int, FloatArray] = {}  # (K,) of an MMSI, none where it is 0
         self._steps: Counter[Cell] = Counter()  # of the shared ones
         self._misses: deque[Miss] = deque(maxlen=MOST_EVENTS)
@@ -87,7 +88,8 @@ class Adaptation:
     def raised(self) -> FloatArray:
         """(CELLS, K) what is added to the logarithms of the sizes of each sort of ship."""
         self._settle()
-        return self._own + np.repeat(self._shared, (len(SORTS), 2), axis=0)
+        shared: FloatArray = np.repeat(self._shared, (len(SORTS), 2), axis=0)
+        return shared + self._own
 
     def raised_of(self, cells: Sequence[int] | IntArray, numbers: Iterable[int]) -> FloatArray:
         """(n, K) the same of single ships, by their cells and MMSIs."""
@@ -128,22 +130,19 @@ class Adaptation:
             self._judge(outcome, score)
 
     def _judge(self, outcome: Outcome, score: float) -> None:
-        cell = cell_of(outcome)
-        shared = int(cell[0] >= STILL), outcome.watch
-        ship = self._ships.get(outcome.mmsi) if cell[0] < STILL else None
-        own = 0.0 if ship is None else float(ship[outcome.watch])
-        missed = score > self._shared[shared] + self._own[cell] + own
+        sort, age = cell = cell_of(outcome)
+        shared = int(sort >= STILL), age
+        raised_all, raised_own = self._shared[shared[0]], self._own[sort]
+        ship = self._ships.get(outcome.mmsi) if sort < STILL else None
+        own = 0.0 if ship is None else float(ship[age])
+        missed = score > raised_all[age] + raised_own[age] + own
         self._scored[cell] += 1
         self._steps[shared] += 1
-        rate = RATE * math.sqrt(SPREAD_AGES_S[0] / SPREAD_AGES_S[outcome.watch])
-        step = rate / 2 * (float(missed) - (1.0 - self._bounds.level))
-        for raised, which, count in (
-            (self._shared, shared, self._steps[shared]),
-            (self._own, cell, self._scored[cell]),
-        ):
+        step = RATES[age] / 2 * (missed - (1.0 - self._bounds.level))
+        for raised, count in ((raised_all, self._steps[shared]), (raised_own, self._scored[cell])):
             eager = max(EAGER / (1.0 + count / EAGER_FOR), 1.0)
-            raised[which] = min(max(raised[which] + eager * step, LOWEST), HIGHEST)
-        if cell[0] < STILL and (missed or ship is not None):
+            raised[age] = min(max(raised[age] + eager * step, LOWEST), HIGHEST)
+        if sort < STILL and (missed or ship is not None):
             self._judge_ship(outcome, missed)
         if missed:
             self._missed[cell] += 1

@@ -15,6 +15,7 @@ from companion.messages import FloatArray, IntArray
 ALWAYS = Instant(-(2**62))
 _MEAN_RADIUS_M = 6_371_008.8
 _EQUATOR_M, _E2 = 6_378_137.0, 6.694379990141e-3  # WGS84
+_FLAT, _RADIANS = 1.0 - _E2, math.pi / 180
 _SPHERE_ERROR = 0.006  # the great circle on a sphere is off by up to 0.56 % of the ellipsoid's
 
 
@@ -31,18 +32,19 @@ def distance_m(
 
 def entries_ns(
     origin_deg: tuple[float, float],
-    places_deg: FloatArray,
+    latitude_deg: FloatArray,
+    longitude_deg: FloatArray,
     measured_at_ns: IntArray,
     size_m: FloatArray,
     top_speed_mps: FloatArray,
 ) -> IntArray:
     """(n,) the first instant at which each ship can touch the area around `origin_deg`.
 
-    `ALWAYS` where it may have been there from the start.  `places_deg` (n, 2) are latitude and longitude
-    when measured; `size_m` is whatever its set has beside the motion: hull and position error.
+    `ALWAYS` where it may have been there from the start.  The places (n,) are those when
+    measured; `size_m` is whatever its set has beside the motion: hull and position error.
     """
-    lat, other = math.radians(origin_deg[0]), np.radians(places_deg[:, 0])
-    half_east = np.sin(np.radians(places_deg[:, 1] - origin_deg[1]) / 2)
+    lat, other = math.radians(origin_deg[0]), np.radians(latitude_deg)
+    half_east = np.sin(np.radians(longitude_deg - origin_deg[1]) / 2)
     h = np.sin((other - lat) / 2) ** 2 + math.cos(lat) * np.cos(other) * half_east**2
     range_m = 2 * _MEAN_RADIUS_M * np.arcsin(np.minimum(np.sqrt(h), 1.0))
     to_go_m = range_m * (1 - _SPHERE_ERROR) - size_m - MAX_RANGE_M
@@ -57,12 +59,12 @@ def offset_m(
 
     0.02 % off within 10 km outside the polar regions; the nearer way around the globe.
     """
-    lat = math.radians(latitude_deg)
-    w2 = 1.0 - _E2 * math.sin(lat) ** 2
+    sin = math.sin(latitude_deg * _RADIANS)
+    w2 = 1.0 - _E2 * (sin * sin)
     across = _EQUATOR_M / math.sqrt(w2)
     east_deg = (to_lon_deg - longitude_deg + 180.0) % 360.0 - 180.0
-    mid = math.cos(math.radians((latitude_deg + to_lat_deg) / 2))
+    mid = math.cos((latitude_deg + to_lat_deg) / 2 * _RADIANS)
     return (
-        math.radians(to_lat_deg - latitude_deg) * across * (1.0 - _E2) / w2,
-        math.radians(east_deg) * across * mid,
+        (to_lat_deg - latitude_deg) * _RADIANS * across * _FLAT / w2,
+        east_deg * _RADIANS * across * mid,
     )

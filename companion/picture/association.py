@@ -23,8 +23,9 @@ from msgspec.structs import replace
 from companion.instant import Instant
 from companion.messages import ContactReport
 from companion.picture.forecast import History
-from companion.picture.plausibility import Gate, Judgement, Motion
+from companion.picture.plausibility import Gate, Judgement
 from companion.picture.reports import same_measurement
+from companion.picture.straight_filter import Motion
 
 REFUTE = 2
 GIVE_UP = 3
@@ -40,9 +41,6 @@ class Placement(StrEnum):
     QUARANTINED = "picture.quarantined"
     DUPLICATE = "picture.duplicate"
     OLDER = "picture.older"
-
-
-CONTINUED = Placement.CONTINUED  # the usual one, at hand
 
 
 @dataclass(slots=True, eq=False)
@@ -74,24 +72,30 @@ class Places:
     shared: bool = False  # two senders under one number
     newest: Hypothesis | None = None  # the one that took the last report
 
+    def follow(self, report: ContactReport, gate: Gate) -> bool:
+        """Take a report with a position if the only place foretold it; else say no and do nothing."""
+        if len(self.held) != 1 or self.ghost is not None:
+            return False
+        only = self.held[0]
+        motion = only.motion
+        known = motion.report
+        if known.measured_at >= report.measured_at or same_measurement(known, report):
+            return False
+        after = gate.follow(motion, report)
+        if after is None:
+            return False
+        only.motion = after
+        self.newest = only
+        only.hits += 1
+        only.elsewhere = 0
+        return True
+
     def take(self, report: ContactReport, gate: Gate) -> Placement:
-        """Place a report that has a position."""
+        """Place any report that has a position."""
         if not self.held:
             self.held.append(Hypothesis(gate.begin(report)))
             self.newest = self.held[0]
             return Placement.FIRST
-        if len(self.held) == 1 and self.ghost is None:  # as nearly always
-            only = self.held[0]
-            if only.motion.report.measured_at < report.measured_at and not same_measurement(
-                only.motion.report, report
-            ):
-                judgement = gate.judge(only.motion, report)
-                if judgement.plausible:
-                    only.motion = judgement.motion
-                    self.newest = only
-                    only.hits += 1
-                    only.elsewhere = 0
-                    return CONTINUED
         if any(same_measurement(h.report, report) for h in self.held):
             return Placement.DUPLICATE
         earlier = [h for h in self._known() if h.report.measured_at < report.measured_at]
@@ -115,7 +119,7 @@ class Places:
                 received_at=Instant(report.received_at + step_ns),
                 measured_at=Instant(report.measured_at + step_ns),
             )
-            place.motion = place.motion._replace(report=moved)
+            place.motion = replace(place.motion, report=moved)
             if place.history is not None:
                 place.history.move_clock(step_ns)
 

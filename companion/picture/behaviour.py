@@ -8,18 +8,23 @@ transponder heard every two seconds and one heard every minute are measured alik
 
 import math
 from collections import deque
-from typing import NamedTuple
 
-from companion.instant import Instant, elapsed_s
+import msgspec
+
+from companion.instant import NS_PER_S, Instant, elapsed_s
 from companion.messages import ContactReport
 from companion.picture.area import offset_m
 
 BACK_S, LONG_BACK_S, TOO_LONG_S = 45.0, 240.0, 600.0
-KEPT_EVERY_S = 20.0
+KEPT_EVERY_NS = 20 * NS_PER_S
+_BACK_NS, _LONG_BACK_NS = round(BACK_S * NS_PER_S), round(LONG_BACK_S * NS_PER_S)
+_TOO_LONG_NS = round(TOO_LONG_S * NS_PER_S)
 UNDER_WAY_MPS = 0.5
 AT_REST_MPS = 0.3
 MEAN_MEMORY_S, WORST_MEMORY_S = 900.0, 1800.0
 LARGEST_MPS = 3.0  # deviations above are all alike: wild
+
+_NO_TIME = math.log(0.1)
 
 FEATURES = (
     "log_speed",  # ln((sog + 0.5 m/s) / 4 m/s)
@@ -45,7 +50,7 @@ FEATURES = (
 Features = tuple[float, ...]
 
 
-class Fix(NamedTuple):
+class Fix(msgspec.Struct, frozen=True, gc=False):
     """One believed report, as much of it as is looked back upon."""
 
     at: Instant
@@ -57,10 +62,10 @@ class Fix(NamedTuple):
     @classmethod
     def of(cls, report: ContactReport) -> "Fix":
         """The position must be there."""
-        assert report.latitude_deg is not None
-        assert report.longitude_deg is not None
-        course = report.cog_rad if report.sog_mps is not None else None
-        return cls(report.measured_at, report.latitude_deg, report.longitude_deg, report.sog_mps, course)
+        lat, lon, sog = report.latitude_deg, report.longitude_deg, report.sog_mps
+        assert lat is not None
+        assert lon is not None
+        return cls(report.measured_at, lat, lon, sog, None if sog is None else report.cog_rad)
 
     @property
     def is_under_way(self) -> bool:
@@ -72,8 +77,10 @@ class Fix(NamedTuple):
 
         A ship not under way is predicted to stay; "ahead" is then north.
         """
-        sog, cog = (self.sog_mps or 0.0, self.cog_rad or 0.0) if self.is_under_way else (0.0, 0.0)
         north, east = offset_m(self.latitude_deg, self.longitude_deg, later.latitude_deg, later.longitude_deg)
+        sog, cog = self.sog_mps, self.cog_rad
+        if sog is None or cog is None or sog < UNDER_WAY_MPS:
+            return north, east
         cos, sin = math.cos(cog), math.sin(cog)
         return north * cos + east * sin - sog * elapsed_s(self.at, later.at), east * cos - north * sin
 
@@ -95,7 +102,7 @@ class Behaviour:
     )
 
     def __init__(self) -> None:
-        self._past: deque[Fix] = deque()  # no closer than KEPT_EVERY_S, the last TOO_LONG_S
+        self._past: deque[Fix] = deque()  # no closer than KEPT_EVERY_NS, the last TOO_LONG_S
         self._first: Instant | None = None
         self._last: Instant | None = None
         self._under_way_since: Instant | None = None
@@ -111,8 +118,8 @@ class Behaviour:
         since = 0.0 if self._last is None else max(elapsed_s(self._last, fix.at), 0.0)
         self._first = fix.at if self._first is None else self._first
         self._last = fix.at
-        self._fastest = max(self._fastest * math.exp(-since / WORST_MEMORY_S), fix.sog_mps or 0.0)
         faded = math.exp(-since / WORST_MEMORY_S)
+        self._fastest = max(self._fastest * faded, fix.sog_mps or 0.0)
         self._worst *= faded
         self._worst_long *= faded
         if not fix.is_under_way:
@@ -120,23 +127,17 @@ class Behaviour:
         elif self._under_way_since is None:
             self._under_way_since = fix.at
         self._recent = None
-        back, long_back = self._back_from(fix, BACK_S), self._back_from(fix, LONG_BACK_S)
-        if back is not None:
-            self._compare(back, fix, since)
-        self._long = None if long_back is None else _deviation_mps(long_back, fix)
-        self._worst_long = max(self._worst_long, min(self._long or 0.0, LARGEST_MPS))
-        if not self._past or elapsed_s(self._past[-1].at, fix.at) >= KEPT_EVERY_S:
-            self._past.append(fix)
-
-    def _back_from(self, fix: Fix, back_s: float) -> Fix | None:
-        """The youngest fix that is at least so old."""
+        self._long = None
         past = self._past
-        while past and not 0.0 <= elapsed_s(past[0].at, fix.at) < TOO_LONG_S:
+        while past and not 0 <= fix.at - past[0].at < _TOO_LONG_NS:
             past.popleft()
-        for back in reversed(past):
-            if elapsed_s(back.at, fix.at) >= back_s:
-                return back
-        return None
+        if past and (back := _youngest(past, fix.at - _BACK_NS)) is not None:
+            self._compare(back, fix, since)
+            if (long_back := _youngest(past, fix.at - _LONG_BACK_NS)) is not None:
+                self._long = _deviation_mps(long_back, fix)
+                self._worst_long = max(self._worst_long, min(self._long, LARGEST_MPS))
+        if not past or fix.at - past[-1].at >= KEPT_EVERY_NS:
+            past.append(fix)
 
     def _compare(self, back: Fix, fix: Fix, since_s: float) -> None:
         deviation = _deviation_mps(back, fix)
@@ -185,6 +186,14 @@ class Behaviour:
         )
 
 
+def _youngest(past: deque[Fix], until_ns: int) -> Fix | None:
+    """The youngest fix that is no younger than an instant."""
+    for back in reversed(past):
+        if back.at <= until_ns:
+            return back
+    return None
+
+
 def _deviation_mps(back: Fix, fix: Fix) -> float:
     """How far off the present course and speed, run backward, put the ship, per second."""
     gap_s = elapsed_s(back.at, fix.at)
@@ -197,12 +206,14 @@ def _deviation_mps(back: Fix, fix: Fix) -> float:
 
 
 def _log_speed(mps: float) -> float:
-    return min(max(math.log((mps + 0.5) / 4.0), -1.5), 1.2)
+    found = math.log((mps + 0.5) / 4.0)
+    return 1.2 if found > 1.2 else max(found, -1.5)
 
 
 def _log_deviation(mps: float, over_mps: float) -> float:
-    return math.log((0.05 + min(mps, LARGEST_MPS)) / over_mps)
+    return math.log((0.05 + (LARGEST_MPS if mps > LARGEST_MPS else mps)) / over_mps)
 
 
 def _log_time(seconds: float) -> float:
-    return min(max(math.log((60.0 + max(seconds, 0.0)) / 600.0), -2.3), 2.0)
+    found = math.log((60.0 + seconds) / 600.0) if seconds > 0.0 else _NO_TIME
+    return 2.0 if found > 2.0 else max(found, -2.3)

@@ -26,7 +26,6 @@ the newest believed report itself.  What is assumed, in the order of the code:
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,6 +34,7 @@ import numpy as np
 from companion import config
 from companion.messages import SPREAD_AGES_S, BoolArray, ContactReport, FloatArray, Hull, Model, TargetKind
 from companion.picture.learned import LearnedBounds
+from companion.picture.said import Said
 
 # 1/10000 minute in latitude and longitude, half a step each: 0.0926 m times sqrt 2
 QUANTISATION_M = 0.131
@@ -74,31 +74,16 @@ class Assumptions:
     learned: LearnedBounds | None = None
 
     def of(
-        self, reports: Sequence[ContactReport], extents: Sequence[Hull], spread_m: FloatArray | None = None
+        self, said: Said, extent_m: FloatArray, spread_m: FloatArray | None = None
     ) -> tuple[Bounds, FloatArray]:
         """The bounds that n reports of ships of these extents carry, and their spread (n, K, 3).
 
-        `spread_m` (n, K, 3) are those learned, NaN where none is known, None without a bounds file.  In the
-        spread returned rows of other models are 0.
+        `extent_m` (n, 4) is bow, stern, port, starboard.  `spread_m` (n, K, 3) are those learned, NaN where
+        none is known, None without a bounds file.  In the spread returned rows of other models are 0.
         """
         ship = self.contacts
-        said = np.array(
-            [
-                (
-                    r.cog_rad,
-                    r.sog_mps,
-                    r.heading_rad,
-                    r.turn_rate_radps,
-                    r.accurate,
-                    r.age_error_s,
-                    r.navigational_status,
-                )
-                for r in reports
-            ],
-            dtype=np.float64,  # None becomes NaN
-        ).reshape(-1, 7)
-        cog, sog, heading, turn, accurate, age_error_s, status = said.T
-        extent = np.array([(h.bow_m, h.stern_m, h.port_m, h.starboard_m) for h in extents]).reshape(-1, 4)
+        cog, sog, heading, turn = said.cog_rad, said.sog_mps, said.heading_rad, said.turn_rate_radps
+        age_error_s = said.age_error_s
         has_speed, has_course = np.isfinite(sog), np.isfinite(cog)
         slow = sog < self.slow_below_mps
         straight = ~slow & has_speed & has_course
@@ -106,16 +91,16 @@ class Assumptions:
         cog, sog = np.where(has_course, cog, 0.0), np.where(has_speed, sog, 0.0)
         top = self.top_speeds_mps(sog)
         kept = np.where(keeps, sog + ship.speed_noise_mps, top)
-        error_m = np.where(accurate > 0, ship.position_error_m, ship.coarse_position_error_m)
+        error_m = np.where(said.accurate > 0, ship.position_error_m, ship.coarse_position_error_m)
         one = np.ones(len(sog))
         bounds = Bounds(
             cog_rad=cog,
             sog_mps=sog,
             heading_rad=np.where(np.isfinite(heading), heading, 0.0),
-            bow_m=extent[:, 0],
-            stern_m=extent[:, 1],
-            port_m=extent[:, 2],
-            starboard_m=extent[:, 3],
+            bow_m=extent_m[:, 0],
+            stern_m=extent_m[:, 1],
+            port_m=extent_m[:, 2],
+            starboard_m=extent_m[:, 3],
             position_error_m=error_m + QUANTISATION_M + kept * age_error_s,
             speed_noise_mps=ship.speed_noise_mps * one,
             course_noise_rad=ship.course_noise_rad * one,
@@ -131,7 +116,7 @@ class Assumptions:
         turns = straight & (abs(turn) >= ship.turning_above_radps) & (ship.turning_above_radps > 0)
         bounds = self._as_turning(bounds, turns, np.where(turns, turn, 0.0))
         if spread_m is None:
-            return self._held_fast(bounds, slow, status)
+            return self._held_fast(bounds, slow, said.navigational_status)
         return self._as_learned(bounds, age_error_s, slow, straight & ~turns, spread_m)
 
     def _as_turning(self, bounds: Bounds, turns: BoolArray, rate: FloatArray) -> Bounds:

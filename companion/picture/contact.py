@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from companion.messages import ContactReport, Hull, Source, TargetKind
 from companion.picture.association import Places
 from companion.picture.echo import Evidence
-from companion.picture.forecast import Craft
+from companion.picture.forecast import Craft, sort_of
 from companion.picture.identity import Station
 
 _UNKNOWN = TargetKind.UNKNOWN
@@ -59,7 +59,8 @@ class Contact:
         """What bounds are conditioned on."""
         if self._craft is None:
             length_m = self.hull.bow_m + self.hull.stern_m if self.hull else 0.0
-            self._craft = Craft(self.mmsi, self.kind is TargetKind.CLASS_B, self.ship_type, length_m)
+            is_class_b, sort = self.kind is TargetKind.CLASS_B, sort_of(self.ship_type)
+            self._craft = Craft(self.mmsi, is_class_b, self.ship_type, length_m, sort)
         return self._craft
 
 

@@ -87,7 +87,8 @@ class EchoWatch:
         if self._own_mmsi and report.mmsi == self._own_mmsi:
             evidence.confirmed = True
             return
-        if evidence.genuine:  # for good: nothing that it says now can make it our echo
+        # genuine is for good: nothing that it says now can make it our echo
+        if evidence.genuine or not self._trails:
             return
         likeness = self._compare(report)
         if likeness is Likeness.AGREES:

@@ -6,19 +6,21 @@ the forecasts that are about one of the watched ages old are scored, each once p
 """
 
 from collections import deque
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
-from companion.instant import NS_PER_S, Instant, after, elapsed_s
+import msgspec
+
+from companion.instant import NS_PER_S, Instant
 from companion.messages import ContactReport
-from companion.picture.behaviour import KEPT_EVERY_S, Behaviour, Features, Fix
+from companion.picture.behaviour import KEPT_EVERY_NS, Behaviour, Features, Fix
 
 SHARE, LEAST_S = 0.1, 15.0  # how far from the watched age a score may lie
 THINNED_NS = 10 * NS_PER_S
-KEPT_EVERY_NS = round(KEPT_EVERY_S * NS_PER_S)
 NEVER_YET, NOT_DUE = Instant(-(2**62)), Instant(2**62)
 
 
-class Forecast(NamedTuple):
+class Forecast(msgspec.Struct, frozen=True, gc=False):
     """A report that was believed, what was known of the ship then, and which sort it is."""
 
     fix: Fix
@@ -61,6 +63,7 @@ class Craft(NamedTuple):
     is_class_b: bool
     ship_type: int | None
     length_m: float  # 0 while not known
+    sort: int  # of `SORTS`
 
 
 def sort_of(ship_type: int | None) -> int:
@@ -76,6 +79,15 @@ def sort_of(ship_type: int | None) -> int:
 def tolerance_s(age_s: float) -> float:
     """A report this much younger or older than a watched age still counts for it."""
     return max(LEAST_S, SHARE * age_s)
+
+
+@lru_cache
+def _windows_ns(ages_s: tuple[float, ...]) -> tuple[tuple[int, int], ...]:
+    """Between which ages a report counts for each watched one."""
+    return tuple(
+        (round((age_s - tolerance_s(age_s)) * NS_PER_S), round((age_s + tolerance_s(age_s)) * NS_PER_S))
+        for age_s in ages_s
+    )
 
 
 class History:
@@ -113,21 +125,29 @@ class History:
         at = report.measured_at
         if at < self._at:
             return
-        if at >= self._due:
-            self._score(Fix.of(report), craft.mmsi, watch)
-        self._at, self._report, self._craft = at, report, craft
-        if at - self._behaved >= THINNED_NS:
+        self._at, self._report = at, report
+        is_due, is_seen = at >= self._due, at - self._behaved >= THINNED_NS
+        is_kept = at - self._kept >= KEPT_EVERY_NS
+        if not (is_due or is_seen or is_kept):
+            self._craft = craft
+            return
+        fix = Fix.of(report)
+        if is_due:
+            self._score(fix, craft.mmsi, watch)
+        self._craft = craft
+        if is_seen:
             self._behaved = at
-            self._behaviour.take(Fix.of(report))
+            self._behaviour.take(fix)
             self._features = None
-        if at - self._kept >= KEPT_EVERY_NS:
+        if is_kept:
             self._kept = at
             known = self.known()
             if known is not None:
-                forecast = Forecast(Fix.of(report), *known)
+                forecast = Forecast(fix, *known)
                 for pending in self._pending:
                     pending.append(forecast)
-                self._due = self._next_due(watch)
+        if is_due or is_kept:
+            self._due = self._next_due(watch)
 
     def known(self) -> tuple[Features, int] | None:
         """What the bounds of the newest report are conditioned on, and which of `SORTS` it is."""
@@ -142,7 +162,7 @@ class History:
                 craft.ship_type,
                 craft.length_m,
             )
-        return self._features, sort_of(craft.ship_type)
+        return self._features, craft.sort
 
     def move_clock(self, step_ns: int) -> None:
         """The source's clock was set: what was foretold on the old one is not scored on the new one."""
@@ -153,23 +173,21 @@ class History:
         self._at = Instant(self._at + step_ns)
 
     def _next_due(self, watch: Watch) -> Instant:
-        firsts = [
-            after(pending[0].fix.at, age_s - tolerance_s(age_s))
-            for age_s, pending in zip(watch.ages_s, self._pending, strict=True)
-            if pending
-        ]
-        return min(firsts, default=NOT_DUE)
+        due = NOT_DUE
+        for (youngest_ns, _), pending in zip(_windows_ns(watch.ages_s), self._pending, strict=True):
+            if pending and (first := pending[0].fix.at + youngest_ns) < due:
+                due = Instant(first)
+        return due
 
     def _score(self, fix: Fix, mmsi: int, watch: Watch) -> None:
-        for k, age_s in enumerate(watch.ages_s):
-            pending, slack_s = self._pending[k], tolerance_s(age_s)
+        for k, (youngest_ns, oldest_ns) in enumerate(_windows_ns(watch.ages_s)):
+            pending = self._pending[k]
             while pending:
                 forecast = pending[0]
-                since_s = elapsed_s(forecast.fix.at, fix.at)
-                if since_s < age_s - slack_s:
+                since_ns = fix.at - forecast.fix.at
+                if since_ns < youngest_ns:
                     break
                 pending.popleft()
-                if since_s <= age_s + slack_s:
+                if since_ns <= oldest_ns:
                     ahead, aside = forecast.fix.strayed_m(fix)
-                    watch.take(Outcome(mmsi, fix.at, forecast, k, since_s, ahead, aside))
-        self._due = self._next_due(watch)
+                    watch.take(Outcome(mmsi, fix.at, forecast, k, since_ns / NS_PER_S, ahead, aside))

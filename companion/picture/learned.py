@@ -87,17 +87,22 @@ class LearnedBounds:
         at_rest = np.log(np.maximum(np.maximum(abs(ahead), abs(aside)) / radius, 1e-6))
         return np.asarray(np.where([o.forecast.fix.is_under_way for o in outcomes], under_way, at_rest))
 
+    def log_scale(self, features: FloatArray) -> FloatArray:
+        """(n, K, 3) natural logarithms of the scales at the stated ages, for `features` (n, F)."""
+        x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
+        return np.asarray(self.base.T + np.einsum("kif,nf->nki", self.weights, x))
+
     def spread_m(
-        self, features: FloatArray, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray
+        self, log_scale: FloatArray, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray
     ) -> FloatArray:
-        """(n, K, 3) half sizes at the stated ages for `features` (n, F).
+        """(n, K, 3) half sizes at the stated ages.
 
         `raised` (n, K) is added to the quantiles.
         """
-        x = np.clip((features - self.mean) / self.deviation, -4.0, 4.0)
-        log_scale = self.base.T + np.einsum("kif,nf->nki", self.weights, x)
         half = np.exp(log_scale + (self.quantile + raised)[:, :, None])
-        return limited(np.maximum.accumulate(half, axis=1), sog_mps, top_mps)
+        for k in range(1, half.shape[1]):  # never less than at the age before
+            np.maximum(half[:, k], half[:, k - 1], out=half[:, k])
+        return limited(half, sog_mps, top_mps)
 
     def at_rest_m(self, raised: FloatArray, sog_mps: FloatArray, top_mps: FloatArray) -> FloatArray:
         """(n, K, 3) half sizes of the squares around ships not under way: at berth, at anchor, creeping.
@@ -172,7 +177,7 @@ def prepare(file: BoundsFile, level: float, origin: str) -> LearnedBounds:
         level=level,
         mean=features[:, 0],
         deviation=features[:, 1],
-        weights=weights + TREND[:, None, None] * slopes,
+        weights=np.ascontiguousarray(weights + TREND[:, None, None] * slopes),
         base=np.array([file.base[side] for side in SIDES]),
         quantile=np.array(file.quantiles[key]),
         still_m=np.array(file.still_m[key]),

@@ -101,15 +101,18 @@ class Ledger:
         return found
 
 
+_NOT_A_SHIP = {station: f"picture.not_a_ship.{station.name.lower()}" for station in Station}
+
+
 def not_a_ship(sender: Station) -> str:
     """The key of `Picture.counts` for reports left out because of who sends them."""
-    return f"picture.not_a_ship.{sender.name.lower()}"
+    return _NOT_A_SHIP[sender]
 
 
 def of_counts(counts: Counter[str], most_contacts: int) -> list[Reason]:
     """What the fate of the reports so far is worth telling."""
     found = []
-    left_out = {s: counts[not_a_ship(s)] for s in Station if counts[not_a_ship(s)]}
+    left_out = {s: counts[key] for s, key in _NOT_A_SHIP.items() if counts[key]}
     if left_out:
         listed = ", ".join(f"{count} from {who}" for who, count in left_out.items())
         found.append(Reason("note.not_ships", f"reports left out: {listed}"))

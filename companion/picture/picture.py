@@ -17,7 +17,7 @@ from companion.instant import NS_PER_S, Instant
 from companion.messages import ContactReport, FloatArray, OwnPosition, Reason, Source, TargetKind, Tracks
 from companion.picture import learned
 from companion.picture.adaptation import Adaptation
-from companion.picture.association import CONTINUED, Placement
+from companion.picture.association import Placement, Places
 from companion.picture.bounds import Assumptions
 from companion.picture.capacity import Room
 from companion.picture.contact import Contact
@@ -135,21 +135,21 @@ class Picture:
             return
         self._echo.weigh(contact.echo, report)
         self._touched.add(mmsi)
-        placement = self._place(contact, report)
-        if self._watch is not None and placement in _BELIEVED and contact.places.newest is not None:
-            place = contact.places.newest
-            if place.history is None:
-                place.history = History(len(self._watch.ages_s))
-            place.history.take(report, contact.craft(), self._watch)
-
-    def _place(self, contact: Contact, report: ContactReport) -> Placement:
         places = contact.places
-        before = tuple(places.held) if len(places.held) > 1 else ()  # a single one stays
-        placement = places.take(report, self._gate)
-        if placement is CONTINUED:
+        if places.follow(report, self._gate):  # as nearly always
             self.counts["picture.continued"] += 1
-        else:
-            self.counts[placement.value] += 1
+        elif self._place(places, report) not in _BELIEVED:
+            return
+        place, watch = places.newest, self._watch
+        if watch is not None and place is not None:
+            if place.history is None:
+                place.history = History(len(watch.ages_s))
+            place.history.take(report, contact.craft(), watch)
+
+    def _place(self, places: Places, report: ContactReport) -> Placement:
+        before = tuple(places.held)
+        placement = places.take(report, self._gate)
+        self.counts[placement.value] += 1
         for gone in before:
             if gone not in places.held:
                 self.counts["picture.refuted" if gone.suspect else "picture.place_given_up"] += 1

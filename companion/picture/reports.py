@@ -49,17 +49,11 @@ def has_position(report: ContactReport) -> bool:
 
 def same_measurement(known: ContactReport, report: ContactReport) -> bool:
     """Whether `report` is `known` sent again: the same place at the same time, within the stamps' errors."""
-    lat, lon, known_lat, known_lon = (
-        report.latitude_deg,
-        report.longitude_deg,
-        known.latitude_deg,
-        known.longitude_deg,
-    )
-    assert lat is not None
-    assert lon is not None
-    assert known_lat is not None
-    assert known_lon is not None
-    if abs(lat - known_lat) > _SAME_PLACE_DEG or abs(lon - known_lon) > _SAME_PLACE_DEG:
+    lat, known_lat = report.latitude_deg, known.latitude_deg
+    if abs(lat - known_lat) > _SAME_PLACE_DEG:  # type: ignore[operator]  # reports with a position
+        return False
+    lon, known_lon = report.longitude_deg, known.longitude_deg
+    if abs(lon - known_lon) > _SAME_PLACE_DEG:  # type: ignore[operator]
         return False
     within_s = min(SAME_MEASUREMENT_S + known.age_error_s + report.age_error_s, _LONGEST_S)
     return abs(report.measured_at - known.measured_at) <= round(within_s * NS_PER_S)

@@ -4,19 +4,22 @@ A report costs little until somebody asks for the tracks; then the rows of the c
 written with one pass of numpy over all of them.
 """
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
 
 from companion.geodesy import LocalFrame
 from companion.instant import Instant
-from companion.messages import FloatArray, Tracks
-from companion.picture.adaptation import SLOW, STILL, Adaptation
+from companion.messages import IntArray, Tracks
+from companion.picture.adaptation import Adaptation
 from companion.picture.area import ALWAYS, entries_ns
 from companion.picture.association import Hypothesis
 from companion.picture.bounds import Assumptions
 from companion.picture.contact import Contact
-from companion.picture.learned import STILL_MPS
+from companion.picture.forecast import Craft
+from companion.picture.forecaster import Forecaster
+from companion.picture.said import Said
 from companion.picture.table import NEVER, Block, Table
 
 
@@ -25,10 +28,14 @@ class Rows:
 
     def __init__(self, assumptions: Assumptions, adaptation: Adaptation | None) -> None:
         self._assumptions = assumptions
-        self._adaptation = adaptation
+        learned = assumptions.learned
         self._table = Table()
         self._slots: dict[int, list[int]] = {}  # of an MMSI's places, in the order of its places
         self._owner: dict[int, int] = {}  # slot -> mmsi
+        # what a slot's ship is, as last told, and her extent and draught; the same until there is news of her
+        self._crafts: list[Craft | None] = []
+        self._extent_m = np.zeros((0, 5))
+        self._forecaster = None if learned is None or adaptation is None else Forecaster(learned, adaptation)
         self.next_change = NEVER  # when a row changes by age alone
 
     def tracks(self) -> Tracks:
@@ -51,71 +58,79 @@ class Rows:
         slots: list[int] = []
         for contact in touched:
             held = contact.places.held
-            slots += self._resize(contact.mmsi, len(held))
-            for place in held:
-                contacts.append(contact)
-                places.append(place)
+            mine = self._slots.get(contact.mmsi)
+            if mine is None or len(mine) != len(held):
+                mine = self._resize(contact.mmsi, len(held))
+            slots += mine
+            places += held
+            contacts += [contact] * len(held) if len(held) != 1 else (contact,)
         if places:
-            self._table.write(np.array(slots), self._block(contacts, places, now, frame))
+            self._describe(contacts, slots)
+            at = np.array(slots)
+            self._table.write(at, self._block(contacts, places, at, now, frame))
         self.next_change = self._table.next_change()
 
+    def _describe(self, contacts: list[Contact], slots: list[int]) -> None:
+        """Tell what the ships are, where that is new."""
+        if len(self._crafts) < self._table.size:
+            more = self._table.size - len(self._crafts)
+            self._crafts += [None] * more
+            self._extent_m = np.concatenate((self._extent_m, np.zeros((more, 5))))
+        crafts = self._crafts
+        for contact, slot in zip(contacts, slots, strict=True):
+            craft = contact.craft()
+            if crafts[slot] is not craft:
+                crafts[slot] = craft
+                hull = self._assumptions.extent(contact.hull, contact.kind)
+                draught_m = math.nan if contact.draught_m is None else contact.draught_m
+                self._extent_m[slot] = hull.bow_m, hull.stern_m, hull.port_m, hull.starboard_m, draught_m
+                self._table.name(slot, contact.mmsi, contact.name)
+
     def _block(
-        self, contacts: list[Contact], places: list[Hypothesis], now: Instant, frame: LocalFrame
+        self,
+        contacts: list[Contact],
+        places: list[Hypothesis],
+        slots: IntArray,
+        now: Instant,
+        frame: LocalFrame,
     ) -> Block:
-        reports = [place.motion.report for place in places]
-        extents = [self._assumptions.extent(c.hull, c.kind) for c in contacts]
-        bounds, spread = self._assumptions.of(reports, extents, self._learned_m(contacts, places))
-        where = np.array([(r.latitude_deg, r.longitude_deg) for r in reports], dtype=np.float64)
-        measured_at = np.array([r.measured_at for r in reports], dtype=np.int64)
+        said = Said.of([place.motion.report for place in places])
+        extent_m = self._extent_m[slots]
+        learned_m = None
+        if self._forecaster is not None:
+            histories = [place.history for place in places]
+            numbers = [contact.mmsi for contact in contacts]
+            learned_m = self._forecaster.spread_m(said, numbers, slots, histories, self._assumptions)
+        bounds, spread = self._assumptions.of(said, extent_m, learned_m)
         hull_m = np.maximum(bounds.bow_m, bounds.stern_m) + np.maximum(bounds.port_m, bounds.starboard_m)
         enters_at = entries_ns(
             (frame.latitude_deg, frame.longitude_deg),
-            where,
-            measured_at,
+            said.latitude_deg,
+            said.longitude_deg,
+            said.measured_at,
             hull_m + bounds.position_error_m,
             bounds.top_speed_mps,
         )
-        hidden = np.array([c.echo.hides(now) for c in contacts])
-        shown = (enters_at <= now) & ~hidden
-        north, east = frame.to_local_many(where[:, 0], where[:, 1])
-        turns = np.stack((enters_at, np.array([c.echo.hidden_until or NEVER for c in contacts])))
+        shown = enters_at <= now
+        seen_again = np.full(len(places), NEVER, dtype=np.int64)
+        for i, contact in enumerate(contacts):
+            echo = contact.echo
+            if echo.confirmed or echo.hidden_until is not None:
+                seen_again[i] = echo.hidden_until or NEVER
+                shown[i] &= not echo.hides(now)
+        north, east = frame.to_local_many(said.latitude_deg, said.longitude_deg)
+        turns = np.stack((enters_at, seen_again))
         return Block(
-            mmsi=np.array([c.mmsi for c in contacts], dtype=np.int64),
-            measured_at=measured_at,
+            measured_at=said.measured_at,
             # a place beyond the horizon has no coordinates on the tangent plane, and needs none
             north_m=np.where(shown, north, 0.0),
             east_m=np.where(shown, east, 0.0),
             bounds=bounds,
-            draught_m=np.array([c.draught_m for c in contacts], dtype=np.float64),
+            draught_m=extent_m[:, 4],
             spread_m=spread,
-            names=[c.name for c in contacts],
             shown=shown,
             changes_at=np.where(turns > now, turns, NEVER).min(axis=0),
         )
-
-    def _learned_m(self, contacts: list[Contact], places: list[Hypothesis]) -> FloatArray | None:
-        """(n, K, 3) how far recorded ships like these strayed; NaN where that is not known."""
-        bounds, adaptation = self._assumptions.learned, self._adaptation
-        if bounds is None or adaptation is None:
-            return None
-        reports = [place.motion.report for place in places]
-        said = np.array([(r.sog_mps, r.cog_rad) for r in reports], dtype=np.float64)  # None becomes NaN
-        sog = said[:, 0]
-        top = self._assumptions.top_speeds_mps(sog)
-        slow = sog < self._assumptions.slow_below_mps
-        found = np.full((len(places), len(bounds.quantile), 3), np.nan)
-        rest = np.where(sog[slow] < STILL_MPS, STILL, SLOW)
-        found[slow] = bounds.at_rest_m(adaptation.raised[rest], sog[slow], top[slow])
-        known = [place.history.known() if place.history is not None else None for place in places]
-        under_way = ~slow & np.isfinite(said).all(axis=1) & np.array([each is not None for each in known])
-        way = np.flatnonzero(under_way)
-        if len(way):
-            told = [each for i in way.tolist() if (each := known[i]) is not None]
-            features = np.array([each for each, _ in told])
-            sorts, numbers = [sort for _, sort in told], (contacts[i].mmsi for i in way.tolist())
-            raised = adaptation.raised_of(sorts, numbers)
-            found[way] = bounds.spread_m(features, raised, sog[way], top[way])
-        return found
 
     def _resize(self, mmsi: int, wanted: int) -> list[int]:
         slots = self._slots.setdefault(mmsi, [])
@@ -124,6 +139,7 @@ class Rows:
             self._owner[slots[-1]] = mmsi
         while len(slots) > wanted:
             self._owner.pop(slots[-1])
+            self._crafts[slots[-1]] = None
             self._table.release(slots.pop())
         if not slots:
             del self._slots[mmsi]

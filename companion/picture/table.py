@@ -20,14 +20,12 @@ class Block(NamedTuple):
     `changes_at` is when a row must be looked at again, and no part of what it says.
     """
 
-    mmsi: IntArray
     measured_at: IntArray
     north_m: FloatArray
     east_m: FloatArray
     bounds: Bounds
     draught_m: FloatArray
     spread_m: FloatArray  # (n, K, 3), or (n, 0, 3) where no row has one
-    names: list[str]
     shown: BoolArray
     changes_at: IntArray
 
@@ -65,6 +63,21 @@ class Table:
                 self._spread = np.concatenate((self._spread, np.zeros((more, *_SPREAD))))
         return self._used - 1
 
+    @property
+    def size(self) -> int:
+        """Slots are numbered below this."""
+        return self._used
+
+    def name(self, slot: int, mmsi: int, name: str) -> None:
+        """Say whose slot it is, before its row is written."""
+        if self._whole[0, slot] != mmsi:
+            self._whole[0, slot] = mmsi
+            self._order = None
+        if self._names[slot] != name:
+            self._names[slot] = name
+            self._named = None
+            self._stale = True
+
     def write(self, slots: IntArray, block: Block) -> None:
         """Set the rows of n different slots."""
         self._changes_at[slots] = block.changes_at
@@ -72,33 +85,27 @@ class Table:
             self._shown[slots] = block.shown
             self._order = None
             self._stale = True
-        whole = np.array((block.mmsi, block.measured_at))
         values = np.array((block.north_m, block.east_m, *block.bounds, block.draught_m))
         if self._spread is None and block.spread_m.shape[1]:
             self._spread = np.zeros((len(self._shown), *_SPREAD))
-        if not np.array_equal(self._whole[0, slots], whole[0]):
-            self._order = None
-        self._change(self._whole, (slice(None), slots), whole, block.shown)
+        self._change(self._whole, (1, slots), block.measured_at, block.shown)
         self._change(self._values, (slice(None), slots), values, block.shown)
         if self._spread is not None:
             spread = block.spread_m if block.spread_m.shape[1] else np.zeros((len(slots), *_SPREAD))
             self._change(self._spread, slots, spread, block.shown[:, None, None])
-        for slot, name in zip(slots.tolist(), block.names, strict=True):
-            if self._names[slot] != name:
-                self._names[slot] = name
-                self._named = None
-                self._stale = True
 
     def _change(
         self,
         held: FloatArray | IntArray,
-        where: IntArray | tuple[slice, IntArray],
+        where: IntArray | tuple[slice | int, IntArray],
         values: FloatArray | IntArray,
         shown: BoolArray,
     ) -> None:
         """What nobody sees changes nothing."""
-        same = (held[where] == values) | ((held[where] != held[where]) & (values != values))  # noqa: PLR0124
-        self._stale |= not (same | ~shown).all()
+        if not self._stale:
+            old = held[where]
+            same = (old == values) | ((old != old) & (values != values))  # noqa: PLR0124
+            self._stale = not (same | ~shown).all()
         held[where] = values
 
     def release(self, slot: int) -> None:

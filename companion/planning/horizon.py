@@ -21,32 +21,52 @@ def paper_until_age_s(tracks: Tracks, field: Field) -> FloatArray:
     return np.full(len(tracks), field.horizon_s)
 
 
-def clearing_until_age_s(
-    tracks: Tracks,
-    now: Instant,
-    position_m: FloatArray,
-    goal_m: FloatArray,
-    max_speed_mps: float,
-    field: Field,
-    planner: Planner,
-) -> FloatArray:
-    """(n,) age up to which each ship's tube is taken; `position_m` and `goal_m` are (2,) or (n, 2)."""
-    age = tracks.age_s(now)
-    cos, sin = np.cos(tracks.cog_rad), np.sin(tracks.cog_rad)
+class Corridors:
+    """Of ships on their courses; what only a new report changes is kept."""
 
-    def lateral(point: FloatArray) -> FloatArray:
+    def __init__(self) -> None:
+        self._tracks: Tracks | None = None
+
+    def clearing_until_age_s(
+        self,
+        tracks: Tracks,
+        now: Instant,
+        position_m: FloatArray,
+        goal_m: FloatArray,
+        max_speed_mps: float,
+        field: Field,
+        planner: Planner,
+    ) -> FloatArray:
+        """(n,) age up to which each ship's tube is taken; `position_m` and `goal_m` are (2,) or (n, 2)."""
+        self._keep(tracks)
+        age = tracks.age_s(now)
+        here, there = self._lateral(position_m), self._lateral(goal_m)
+        spread_m = tracks.sog_mps * (age + SHORTEST_S) * self._sin_noise
+        half_width = self._half_width_m + spread_m + tracks.position_error_m + field.delta_m
+        side = np.where(there >= 0, 1.0, -1.0)
+        to_clear_m = np.maximum(half_width - side * here, 0.0)
+        clear_s = planner.clearing_margin * to_clear_m / max_speed_mps
+        return _within_validity(tracks, age, age + np.clip(clear_s, SHORTEST_S, field.horizon_s))
+
+    def courses(self, tracks: Tracks) -> FloatArray:
+        """(n, 2) unit vectors."""
+        self._keep(tracks)
+        return self._course
+
+    def _lateral(self, point: FloatArray) -> FloatArray:
         """Distance to starboard of each ship's course line."""
-        side_m: FloatArray = (point[..., 1] - tracks.east_m) * cos - (point[..., 0] - tracks.north_m) * sin
+        assert self._tracks is not None
+        north, east = point[..., 0] - self._tracks.north_m, point[..., 1] - self._tracks.east_m
+        side_m: FloatArray = east * self._cos - north * self._sin
         return side_m
 
-    here, there = lateral(position_m), lateral(goal_m)
-    reach_m = _half_width_m(tracks)
-    spread_m = tracks.sog_mps * (age + SHORTEST_S) * np.sin(tracks.course_noise_rad)
-    half_width = reach_m + spread_m + tracks.position_error_m + field.delta_m
-    side = np.where(there >= 0, 1.0, -1.0)
-    to_clear_m = np.maximum(half_width - side * here, 0.0)
-    clear_s = planner.clearing_margin * to_clear_m / max_speed_mps
-    return _within_validity(tracks, age, age + np.clip(clear_s, SHORTEST_S, field.horizon_s))
+    def _keep(self, tracks: Tracks) -> None:
+        if tracks is not self._tracks:
+            self._tracks = tracks
+            self._cos, self._sin = np.cos(tracks.cog_rad), np.sin(tracks.cog_rad)
+            self._course = np.column_stack((self._cos, self._sin))
+            self._half_width_m = _half_width_m(tracks)
+            self._sin_noise = np.sin(tracks.course_noise_rad)
 
 
 def _half_width_m(tracks: Tracks) -> FloatArray:

@@ -43,6 +43,8 @@ class Outlook:
         self._post_m: FloatArray | None = None
         self._left_m: FloatArray | None = None
         self._mmsi: IntArray = np.zeros(0, dtype=np.int64)  # of the ships rehearsed
+        # those among the tracks: of whom, and places and directions of their courses
+        self._courses: tuple[Tracks, IntArray, tuple[FloatArray, ...]] | None = None
         self._oldest_s, self._known = 0.0, 0
 
     def look(self, now: Instant, phase: Phase, own: OwnState, tracks: Tracks, goal_m: FloatArray) -> None:
@@ -138,10 +140,12 @@ class Outlook:
         """Whether the course of a rehearsed ship runs between here and where the vehicle left."""
         if self._left_m is None:
             return False
-        rows = np.isin(tracks.mmsi, self._mmsi) & (tracks.sog_mps > SLOW_MPS)
-        cos, sin = np.cos(tracks.cog_rad[rows]), np.sin(tracks.cog_rad[rows])
+        if self._courses is None or self._courses[0] is not tracks or self._courses[1] is not self._mmsi:
+            rows = np.isin(tracks.mmsi, self._mmsi) & (tracks.sog_mps > SLOW_MPS)
+            north, east, cog = tracks.north_m[rows], tracks.east_m[rows], tracks.cog_rad[rows]
+            self._courses = tracks, self._mmsi, (north, east, np.cos(cog), np.sin(cog))
+        north, east, cos, sin = self._courses[2]
         aside = [
-            (place[1] - tracks.east_m[rows]) * cos - (place[0] - tracks.north_m[rows]) * sin
-            for place in (own.position_m, self._left_m)
+            (place[1] - east) * cos - (place[0] - north) * sin for place in (own.position_m, self._left_m)
         ]
         return bool((aside[0] * aside[1] < 0).any())

@@ -17,7 +17,7 @@ from companion.instant import Instant
 from companion.messages import FloatArray, OwnState, Phase, Repulsion, Tracks
 from companion.planning.attraction import attraction
 from companion.planning.creep import creep
-from companion.planning.horizon import clearing_until_age_s, paper_until_age_s
+from companion.planning.horizon import Corridors, paper_until_age_s
 
 DEPTH_GAIN_PER_S = 0.5
 HOLD_GAIN_PER_S = 0.2
@@ -34,11 +34,12 @@ class RepulsionField(Protocol):
 
 
 class Steering:
-    """The planner: stateless but for its constants."""
+    """The planner: its constants, and what it keeps of the newest tracks."""
 
     def __init__(self, config: Config, repulsion: RepulsionField) -> None:
         self._config = config
         self._repulsion = repulsion
+        self._corridors = Corridors()
 
     def repulsion(self, tracks: Tracks, now: Instant, own: OwnState, goal_m: FloatArray) -> Repulsion | None:
         """What pushes the vehicle; None on an empty picture."""
@@ -50,7 +51,7 @@ class Steering:
         if config.planner.horizon == "paper":
             until = paper_until_age_s(tracks, config.field)
         else:
-            until = clearing_until_age_s(
+            until = self._corridors.clearing_until_age_s(
                 tracks, now, position_m, goal_m, config.vehicle.max_speed_mps, config.field, config.planner
             )
         return self._repulsion(tracks, now, until, position_m)
@@ -85,7 +86,9 @@ class Steering:
         """Attraction and repulsions together, not limited yet: (2,), or (m, 2) for m vehicles."""
         u = pull + _total(push.velocity, pull)
         if self._config.planner.horizon == "clearing":
-            u = u + self._config.planner.astern_gain * _total(_astern(tracks, push), pull)
+            u = u + self._config.planner.astern_gain * _total(
+                _astern(self._corridors.courses(tracks), push), pull
+            )
         return u
 
 
@@ -95,11 +98,10 @@ def _total(per_ship: FloatArray, pull: FloatArray) -> FloatArray:
     return total
 
 
-def _astern(tracks: Tracks, push: Repulsion) -> FloatArray:
+def _astern(course: FloatArray, push: Repulsion) -> FloatArray:
     """(n, 2) the repulsions turned a quarter toward each ship's stern: passes behind, not ahead."""
     away = push.nearest.away
     tangent = np.column_stack((-away[:, 1], away[:, 0]))
-    course = np.column_stack((np.cos(tracks.cog_rad), np.sin(tracks.cog_rad)))
     side = -np.sign((tangent * course).sum(axis=1))
     strength = np.hypot(push.velocity[:, 0], push.velocity[:, 1])
     turned: FloatArray = (side * strength)[:, None] * tangent

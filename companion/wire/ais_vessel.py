@@ -33,6 +33,7 @@ _LARGE = LARGE_BOW | LARGE_STERN | LARGE_PORT | LARGE_STARBOARD
 
 _DEGREES = math.pi / 180
 _FULL_TURN_CDEG = 36_000
+_EARLY_SPEED = 0.1 * 1852 / 3600  # 0.1 knots
 _NO_LENGTH, _NO_WIDTH = 65_535, 255
 _LARGE_LENGTH_M, _LARGE_WIDTH_M = 511.0, 63.0  # where AIS ends: "this or more"; no ship is larger
 _ZERO_HEADING_AGREES_CDEG = 4_500
@@ -51,6 +52,9 @@ class AisQuirk(StrEnum):
     ARDUPILOT_EARLY = "ardupilot-early"
 
 
+_HIGHEST_MMSI, _FASTEST_MPS = ais_rules.HIGHEST_MMSI, ais_rules.FASTEST_MPS
+_NO_STATUS = ais_rules.NAVIGATIONAL_STATUS_UNKNOWN
+_text = ais_rules.text
 _STANDARD, _EARLY = AisQuirk.STANDARD, AisQuirk.ARDUPILOT_EARLY
 _SOURCE = Source.AIS_VESSEL
 
@@ -81,7 +85,7 @@ def read(payload: bytes, received: Instant, quirk: AisQuirk, counts: Counter[str
     ) = LAYOUT.unpack(
         payload if len(payload) == LAYOUT.size else payload[: LAYOUT.size].ljust(LAYOUT.size, b"\0")
     )
-    if not ais_rules.is_mmsi(mmsi):
+    if not 0 < mmsi <= _HIGHEST_MMSI:
         counts["ais_vessel.bad_mmsi"] += 1
         return None
     latitude: float | None = lat * 1e-7
@@ -91,6 +95,7 @@ def read(payload: bytes, received: Instant, quirk: AisQuirk, counts: Counter[str
         counts["ais_vessel.no_position"] += 1
         latitude = longitude = None
     cog_cdeg = cog if flags & VALID_COG and cog < _FULL_TURN_CDEG else None
+    speed = velocity * (_EARLY_SPEED if quirk is _EARLY else 0.01)
     return ContactReport(
         mmsi=mmsi,
         source=_SOURCE,
@@ -101,30 +106,26 @@ def read(payload: bytes, received: Instant, quirk: AisQuirk, counts: Counter[str
         longitude_deg=longitude,
         accurate=bool(flags & POSITION_ACCURACY),
         cog_rad=None if cog_cdeg is None else cog_cdeg * 0.01 * _DEGREES,
-        sog_mps=_speed(velocity, quirk) if flags & VALID_VELOCITY else None,
-        heading_rad=_heading(heading, cog_cdeg),
+        sog_mps=speed if flags & VALID_VELOCITY and speed <= _FASTEST_MPS else None,
+        heading_rad=heading * 0.01 * _DEGREES
+        if 0 < heading < _FULL_TURN_CDEG
+        else _no_heading(heading, cog_cdeg),
         turn_rate_radps=_turn_rate(turn, flags, quirk) if flags & VALID_TURN_RATE else None,
-        navigational_status=status if status < ais_rules.NAVIGATIONAL_STATUS_UNKNOWN else None,
+        navigational_status=status if status < _NO_STATUS else None,
         hull=_hull(bow, stern, port, starboard, flags & _LARGE) if flags & VALID_DIMENSIONS else None,
         ship_type=kind or None,
-        name=ais_rules.text(name) if flags & VALID_NAME else None,
+        name=_text(name) if flags & VALID_NAME else None,
     )
 
 
-def _speed(velocity: int, quirk: AisQuirk) -> float | None:
-    speed = velocity * (0.1 * 1852 / 3600 if quirk is _EARLY else 0.01)
-    return speed if speed <= ais_rules.FASTEST_MPS else None
+def _no_heading(heading: int, cog_cdeg: int | None) -> float | None:
+    """There is no flag; early senders mean 0 to say "none", so 0 needs a course that agrees.
 
-
-def _heading(heading: int, cog_cdeg: int | None) -> float | None:
-    """There is no flag; early senders mean 0 to say "none", so 0 needs a course that agrees."""
-    if heading >= _FULL_TURN_CDEG:  # 65535, and 51100 for 511 degrees
+    Not below a full turn are 65535, and 51100 for 511 degrees.
+    """
+    if heading or cog_cdeg is None:
         return None
-    if heading == 0:
-        turned = None if cog_cdeg is None else min(cog_cdeg, _FULL_TURN_CDEG - cog_cdeg)
-        if turned is None or turned > _ZERO_HEADING_AGREES_CDEG:
-            return None
-    return heading * 0.01 * _DEGREES
+    return 0.0 if min(cog_cdeg, _FULL_TURN_CDEG - cog_cdeg) <= _ZERO_HEADING_AGREES_CDEG else None
 
 
 def _turn_rate(turn_rate: int, flags: int, quirk: AisQuirk) -> float | None:

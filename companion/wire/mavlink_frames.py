@@ -10,8 +10,10 @@ Signed packets are taken without checking the signature: no key is configured.
 import re
 import struct
 from collections import Counter
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
+import msgspec
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from companion.instant import NS_PER_S, Instant
@@ -20,12 +22,17 @@ MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _SIGNED = 0x01  # the only incompatibility flag there is
 _SIGNATURE = 13
 _MAGIC = re.compile(rb"[\xfd\xfe]")
-_HEADER = struct.Struct("<BBBBBBBHB")
+_FRAME = 12  # bytes around the payload of an unsigned MAVLink 2 packet
+_START = struct.Struct("<BBBxxBBHB")  # of MAVLink 2: magic, length, flag, system, component, message
 _CRC_EXTRA = {number: bytes((each.crc_extra,)) for number, each in dialect.mavlink_map.items()}
+# the function behind the dialect's class, where it has the compiled one
+_crc: Callable[[bytes], int] = getattr(dialect, "mcrf4xx", None) or (
+    lambda data: int(dialect.x25crc(data).crc)
+)
 _STALLED_NS = NS_PER_S // 2  # a packet whose rest does not come by then never comes
 
 
-class Packet(NamedTuple):
+class Packet(msgspec.Struct, frozen=True, gc=False):
     """One packet that passed its checksum."""
 
     system_id: int
@@ -55,14 +62,19 @@ class MavlinkFrames:
 
     def push(self, stamp: Instant, data: bytes) -> list[Packet]:
         """The packets that `data` completes."""
-        if not self._rest and (packet := _whole(data)):
-            self.counts["mavlink.packets"] += 1
-            return [packet]
+        packets: list[Packet] = []
+        at = 0
+        if not self._rest:  # sound packets one behind the other, as nearly always
+            while (packet := _next(data, at)) is not None:
+                packets.append(packet)
+                at += _FRAME + len(packet.payload)
+            if packets:
+                self.counts["mavlink.packets"] += len(packets)
+                if at == len(data):
+                    return packets
         old = len(self._rest)
         is_stalled = old > 0 and abs(stamp - self._rest_stamp) > _STALLED_NS
         data = self._rest + data
-        packets: list[Packet] = []
-        at = 0
         while True:
             found = _MAGIC.search(data, at)
             start = found.start() if found else len(data)
@@ -110,24 +122,26 @@ def _packet(data: bytes, at: int) -> tuple[Packet, bool | None]:
     extra = _CRC_EXTRA.get(message_id)
     if extra is None:
         return packet, None
-    crc = dialect.x25crc(data[at + 1 : payload_end] + extra)
-    return packet, crc.crc == data[payload_end] | data[payload_end + 1] << 8
+    crc = _crc(data[at + 1 : payload_end] + extra)
+    return packet, crc == data[payload_end] | data[payload_end + 1] << 8
 
 
-def _whole(data: bytes) -> Packet | None:
-    """The one unsigned MAVLink 2 packet that these bytes are; None when they are anything else.
+def _next(data: bytes, at: int) -> Packet | None:
+    """The sound, unsigned MAVLink 2 packet that begins at `at`; None when there is anything else.
 
-    What a datagram holds, mostly.
+    What links carry, mostly.
     """
-    size = len(data)
-    if size < 12 or data[0] != MAGIC_V2 or data[1] != size - 12 or data[2]:
+    if len(data) - at < _FRAME:
         return None
-    _, _, _, _, _, system, component, low, high = _HEADER.unpack_from(data)
+    magic, length, flags, system, component, low, high = _START.unpack_from(data, at)
+    end = at + 10 + length
+    if magic != MAGIC_V2 or flags or end + 2 > len(data):
+        return None
     message_id = low | high << 16
     extra = _CRC_EXTRA.get(message_id)
-    if extra is None or dialect.x25crc(data[1:-2] + extra).crc != data[-2] | data[-1] << 8:
+    if extra is None or _crc(data[at + 1 : end] + extra) != data[end] | data[end + 1] << 8:
         return None
-    return Packet(system, component, message_id, data[10:-2])
+    return Packet(system, component, message_id, data[at + 10 : end])
 
 
 def _hides_a_packet(data: bytes, start: int, end: int) -> bool:
