@@ -90,7 +90,7 @@ def test_the_rank_is_that_by_which_every_vessel_is_covered_by_the_others() -> No
         assert found > quantile(values, level)  # vessels differ: the plain one would hold too few
         shares = [
             np.concatenate([values[vessels == v] <= quantile(values[vessels != v], rank) for v in range(30)])
-            for rank in (np.mean(values <= found), np.mean(values <= found) - 0.004)
+            for rank in (float(np.mean(values <= found)), float(np.mean(values <= found)) - 0.004)
         ]
         assert shares[0].mean() >= level > shares[1].mean()
 
@@ -218,7 +218,8 @@ def test_a_ship_that_left_her_sets_has_larger_ones_of_her_own_until_she_keeps_to
         adaptation.take(Outcome(mmsi, instant(60.0), seen, 0, 60.0, strayed_m, 0.0))
 
     def own(mmsi: int) -> FloatArray:
-        return adaptation.raised_of([3], [mmsi])[0] - adaptation.raised[3]
+        larger: FloatArray = adaptation.raised_of([3], [mmsi])[0] - adaptation.raised[3]
+        return larger
 
     happened(1, 5000.0)
     happened(2, 0.0)
