@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from companion.calibrate import bounds_file, pictures
+from companion.calibrate import bounds_file, pictures, report
 from companion.calibrate.conformal import calibrate
 from companion.calibrate.dataset import Dataset, collect
-from companion.calibrate.evaluate import Figure, Forgetting, figures, forgetting
+from companion.calibrate.evaluate import figures, forgetting
 from companion.calibrate.fit import Shape
-from companion.calibrate.transfer import Transfer, transfer
+from companion.calibrate.transfer import Transfer, foretold, is_at_rest, replayed
 from companion.edges.traffic import read
 from companion.errors import ConfigError
 from companion.picture import learned
@@ -43,15 +43,16 @@ def run(options: argparse.Namespace) -> int:
     target = folder / f"{options.name}.bounds.toml"
     target.write_text(text, encoding="utf-8")
     forgotten = forgetting(data)
-    checks = {}
-    for path in options.check:
-        bounds = learned.prepare(learned.parse(text, str(target)), 0.95, str(target))
-        checks[path.name] = transfer(bounds, read(path, Counter()))
+    checks = {path.name: _checked(text, str(target), path) for path in options.check}
     sources = ", ".join(path.name for path in options.traffic)
     pictures.draw(folder / f"{options.name}.bounds.png", found, forgotten, f"Bounds learned from {sources}")
-    report = _report(options.name, sources, vessels, shape, found, forgotten, checks, options.splits)
-    (folder / f"{options.name}.bounds.md").write_text(report, encoding="utf-8")
-    print(report)
+    given = " ".join([*(path.name for path in options.traffic), f"--name {options.name}"])
+    given += f" --splits {options.splits} --seed {options.seed}"
+    given += "".join(f" --check {path.name}" for path in options.check)
+    about = report.About(options.name, sources, vessels, shape, options.splits, given)
+    page = report.text(about, found, forgotten, checks)
+    (folder / f"{options.name}.bounds.md").write_text(page, encoding="utf-8")
+    print(page)
     print(f"wrote {target}, and beside it the report (.md) and its pictures (.png)")
     return 0
 
@@ -78,71 +79,11 @@ def _chosen_shape(data: Dataset, seed: int) -> Shape:
     return min(SHAPES, key=ratio)
 
 
-def _report(
-    name: str,
-    sources: str,
-    vessels: int,
-    shape: Shape,
-    found: list[Figure],
-    forgotten: list[Forgetting],
-    checks: dict[str, tuple[list[Transfer], list[Transfer]]],
-    splits: int,
-) -> str:
-    lines = [
-        f"# Bounds `{name}`",
-        "",
-        f"Learned from {sources}: {vessels} vessels under way, sets of shape *{shape}*.",
-        f"Measured on vessels set aside, {splits} splits by vessel, a quarter each. Areas are of the",
-        "antenna's set, without hull and position error. The best discs around the straight prediction",
-        "hold, of all recorded outcomes, exactly the level wanted, and exactly the share that these sets",
-        "held; the ratios are to the one and to the other.",
-        "",
-        f"![coverage and area]({name}.bounds.png)",
-        "",
-        "| age | wanted | coverage | km2 | disc of the level | of equal coverage | ratios | by sort (km2) |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for f in found:
-        sorts = ", ".join(f"{s} {100 * c:.1f} % ({a:.3g})" for s, (c, a, _) in f.by_sort.items())
-        lines.append(
-            f"| {f.age_s / 60:g} min | {100 * f.level:g} % | {100 * f.coverage:.1f} % | {f.area_km2:.3g} "
-            f"| {f.level_disc_km2:.3g} | {f.equal_disc_km2:.3g} | {f.ratio_to_level:.2f}, {f.ratio:.2f} "
-            f"| {sorts} |"
-        )
-    lines += [
-        "",
-        "Sorts of ship differ: sets of least mean area leave out ships that shuttle more often than others.",
-        "At run time each sort adapts by itself until it is covered as wanted.",
-        "",
-        "## What forgetting costs",
-        "",
-        "Ships under way, by the rules of other systems: median distance from where the ship is shown, and",
-        "the share more than 0.1 nautical miles off, or not shown at all.",
-        "",
-        "| age | rule | median m | misplaced |",
-        "| --- | --- | --- | --- |",
-    ]
-    for row in forgotten:
-        median = "gone" if np.isnan(row.median_m) else f"{row.median_m:.0f}"
-        lines.append(f"| {row.age_s / 60:g} min | {row.rule} | {median} | {100 * row.misplaced:.0f} % |")
-    for where, (under_way, at_rest) in checks.items():
-        lines += [
-            "",
-            f"## The 95 % sets on {where}",
-            "",
-            "| ships | age | outcomes | as in the file | adapting | after 30 minutes of adapting |",
-            "| --- | --- | --- | --- | --- | --- |",
-            *_checked("under way", under_way),
-            *_checked("at rest", at_rest),
-        ]
-    return "\n".join(lines) + "\n"
-
-
-def _checked(who: str, rows: list[Transfer]) -> list[str]:
-    lines = []
-    for t in rows:
-        late = f"{100 * t.adapted_late:.1f} % of {t.scored_late}" if t.scored_late else "-"
-        if t.scored:
-            shares = f"{100 * t.fixed:.1f} % | {100 * t.adapted:.1f} %"
-            lines.append(f"| {who} | {t.age_s / 60:g} min | {t.scored} | {shares} | {late} |")
-    return lines
+def _checked(text: str, origin: str, path: Path) -> dict[float, tuple[list[Transfer], list[Transfer]]]:
+    """By level, ships under way and at rest."""
+    outcomes = foretold(read(path, Counter()))
+    found = {}
+    for level in REPORTED:
+        bounds = learned.prepare(learned.parse(text, origin), level, origin)
+        found[level] = replayed(bounds, outcomes), replayed(bounds, outcomes, is_at_rest)
+    return found

@@ -4,18 +4,20 @@ Every outcome is scored against the set that foretold it.  A miss raises the log
 age by `rate * level`, a hit lowers it by `rate * (1 - level)`: whatever the water is like, the share of hits
 tends to the level (quantile tracking; Gibbs and Candes 2021, Angelopoulos et al. 2023).  Half of the step is
 taken by all ships under way alike, so that a new water is learned soon, half by the ship's sort.  The steps
-are large at first and then fall; and smaller at greater ages, for forecasts of one ship overlap.
+are large at first and then fall; and smaller at greater ages, for forecasts of one ship overlap.  A ship
+under way that left her sets has still larger ones, which her hits bring back, never below those of her sort:
+a ferry that turned round will turn round again.
 """
 
 import math
 from collections import Counter, deque
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from companion.instant import Instant, elapsed_s
-from companion.messages import SPREAD_AGES_S, FloatArray, Reason
+from companion.messages import SPREAD_AGES_S, FloatArray, IntArray, Reason
 from companion.picture.behaviour import UNDER_WAY_MPS
 from companion.picture.forecast import SORTS, Outcome
 from companion.picture.learned import STILL_MPS, LearnedBounds
@@ -24,6 +26,8 @@ RATE = 0.1  # at the shortest age, in natural logarithms of size; falls with the
 RATES = tuple(RATE * math.sqrt(SPREAD_AGES_S[0] / age_s) for age_s in SPREAD_AGES_S)
 EAGER, EAGER_FOR = 8.0, 30.0  # times as large at first, half as much after so many outcomes
 LOWEST, HIGHEST = -1.5, 3.0
+SHIP_RATE, SHIP_HIGHEST = 0.2, 3.0  # of the ship's own, at every age
+MOST_SHIPS = 5000  # that have larger sets of their own
 SHOWN_S = 60.0  # how long a miss stays an event
 MOST_EVENTS = 50
 MOST_WAITING = 1000
@@ -68,6 +72,7 @@ class Adaptation:
         self._bounds = bounds
         self._shared = [[0.0] * len(SPREAD_AGES_S) for _ in range(2)]  # of ships under way, and at rest
         self._own = [[0.0] * len(SPREAD_AGES_S) for _ in CELLS]
+        self._ships: dict[int, FloatArray] = {}  # (K,) of an MMSI, none where it is 0
         self._steps: Counter[Cell] = Counter()  # of the shared ones
         self._misses: deque[Miss] = deque(maxlen=MOST_EVENTS)
         self._waiting: list[Outcome] = []  # scored together, before anybody looks
@@ -85,6 +90,16 @@ class Adaptation:
         self._settle()
         shared: FloatArray = np.repeat(self._shared, (len(SORTS), 2), axis=0)
         return shared + self._own
+
+    def raised_of(self, cells: Sequence[int] | IntArray, numbers: Iterable[int]) -> FloatArray:
+        """(n, K) the same of single ships, by their cells and MMSIs."""
+        found: FloatArray = self.raised[cells]
+        if self._ships:
+            for i, mmsi in enumerate(numbers):
+                own = self._ships.get(mmsi)
+                if own is not None:
+                    found[i] += own
+        return found
 
     @property
     def scored(self) -> Counter[Cell]:
@@ -118,18 +133,32 @@ class Adaptation:
         sort, age = cell = cell_of(outcome)
         shared = int(sort >= STILL), age
         raised_all, raised_own = self._shared[shared[0]], self._own[sort]
-        missed = score > raised_all[age] + raised_own[age]
+        ship = self._ships.get(outcome.mmsi) if sort < STILL else None
+        own = 0.0 if ship is None else float(ship[age])
+        missed = score > raised_all[age] + raised_own[age] + own
         self._scored[cell] += 1
         self._steps[shared] += 1
         step = RATES[age] / 2 * (missed - (1.0 - self._bounds.level))
         for raised, count in ((raised_all, self._steps[shared]), (raised_own, self._scored[cell])):
             eager = max(EAGER / (1.0 + count / EAGER_FOR), 1.0)
             raised[age] = min(max(raised[age] + eager * step, LOWEST), HIGHEST)
+        if sort < STILL and (missed or ship is not None):
+            self._judge_ship(outcome, missed)
         if missed:
             self._missed[cell] += 1
             self._misses.append(
                 Miss(outcome.at, outcome.mmsi, outcome.age_s, outcome.ahead_m, outcome.aside_m)
             )
+
+    def _judge_ship(self, outcome: Outcome, missed: bool) -> None:
+        own = self._ships.pop(outcome.mmsi, None)
+        own = np.zeros(len(SPREAD_AGES_S)) if own is None else own
+        higher = own[outcome.watch] + SHIP_RATE * (float(missed) - (1.0 - self._bounds.level))
+        own[outcome.watch] = min(max(higher, 0.0), SHIP_HIGHEST)
+        if own.any():
+            self._ships[outcome.mmsi] = own  # the newest last
+            if len(self._ships) > MOST_SHIPS:
+                del self._ships[next(iter(self._ships))]
 
     def coverage(self, sorts: Collection[int] = UNDER_WAY, age: int | None = None) -> tuple[float, int]:
         """Share of outcomes inside their sets, and how many there were; NaN for none."""

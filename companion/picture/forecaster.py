@@ -27,17 +27,22 @@ class Forecaster:
         self._log_scale = np.zeros((0, *bounds.base.T.shape))  # and what they amount to, (slots, K, 3)
 
     def spread_m(
-        self, said: Said, slots: IntArray, histories: Sequence[History | None], assumptions: Assumptions
+        self,
+        said: Said,
+        numbers: Sequence[int],
+        slots: IntArray,
+        histories: Sequence[History | None],
+        assumptions: Assumptions,
     ) -> FloatArray:
-        """(n, K, 3) how far recorded ships like these strayed; NaN where that is not known."""
-        bounds, raised = self._bounds, self._adaptation.raised
+        """(n, K, 3) how far recorded ships like these strayed, NaN where not known; `numbers` are MMSIs."""
+        bounds, adaptation = self._bounds, self._adaptation
         sog = said.sog_mps
         top = assumptions.top_speeds_mps(sog)
         slow = sog < assumptions.slow_below_mps
         found = np.full((len(sog), *self._log_scale.shape[1:]), np.nan)
         if slow.any():
             rest = np.where(sog[slow] < STILL_MPS, STILL, SLOW)
-            found[slow] = bounds.at_rest_m(raised[rest], sog[slow], top[slow])
+            found[slow] = bounds.at_rest_m(adaptation.raised[rest], sog[slow], top[slow])
         known = [None if each is None else each.known() for each in histories]
         way = ~slow & np.isfinite(sog) & np.isfinite(said.cog_rad)
         way &= np.array([each is not None for each in known])
@@ -45,8 +50,10 @@ class Forecaster:
         if told:
             at = slots[way]
             self._scale(at, [features for features, _ in told])
-            sorts = [sort for _, sort in told]
-            found[way] = bounds.spread_m(self._log_scale[at], raised[sorts], sog[way], top[way])
+            raised = adaptation.raised_of(
+                [sort for _, sort in told], (numbers[i] for i in np.flatnonzero(way).tolist())
+            )
+            found[way] = bounds.spread_m(self._log_scale[at], raised, sog[way], top[way])
         return found
 
     def _scale(self, slots: IntArray, features: Sequence[Features]) -> None:

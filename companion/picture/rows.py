@@ -99,7 +99,8 @@ class Rows:
         learned_m = None
         if self._forecaster is not None:
             histories = [place.history for place in places]
-            learned_m = self._forecaster.spread_m(said, slots, histories, self._assumptions)
+            numbers = [contact.mmsi for contact in contacts]
+            learned_m = self._forecaster.spread_m(said, numbers, slots, histories, self._assumptions)
         bounds, spread = self._assumptions.of(said, extent_m, learned_m)
         hull_m = np.maximum(bounds.bow_m, bounds.stern_m) + np.maximum(bounds.port_m, bounds.starboard_m)
         enters_at = entries_ns(
