@@ -12,7 +12,8 @@ def add(commands: Commands) -> None:
     Show the contacts of a recording or of a live link: age, distance, closest approach, the size of the set
     where each can be by now, and where it was heard from.  Saves a chart.
 
-    FILE: MarineCadastre CSV, NMEA 2000 candump or AIVDM, plain or gzip'd.  LINK: udpin:HOST:PORT,
+    FILE: NMEA 2000 candump, AIVDM, or a table of AIS (CSV of MarineCadastre or the Danish Maritime Authority),
+    plain or gzip'd.  LINK: udpin:HOST:PORT,
     tcp:HOST:PORT or /dev/tty... with AIVDM sentences or MAVLink, or a CAN bus such as socketcan:can0; several
     are one picture.  Ctrl-C ends it, with the chart.
     """
@@ -32,8 +33,9 @@ def add(commands: Commands) -> None:
     p.set_defaults(command=_picture)
 
     text = """\
-    Learn from recorded traffic how far ships stray from their straight prediction.  Reads MarineCadastre
-    tables (CSV), NMEA 2000 candumps and AIVDM streams, plain or gzip'd.  Writes NAME.bounds.toml (for
+    Learn from recorded traffic how far ships stray from their straight prediction.  Reads tables
+    of AIS (CSV of MarineCadastre or the Danish Maritime Authority), NMEA 2000 candumps and AIVDM streams,
+    plain or gzip'd.  Writes NAME.bounds.toml (for
     [contacts] bounds_file), and a report with pictures: coverage and area on vessels set aside, by sort of
     ship, and what other systems' rules for silent ships cost.
     """
