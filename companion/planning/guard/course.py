@@ -7,13 +7,13 @@ another.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from companion.config import Vehicle
 from companion.instant import Instant, elapsed_s
-from companion.messages import FloatArray, IntArray
+from companion.messages import FloatArray
 from companion.planning.guard.beginning import Beginning
 from companion.planning.guard.intended import Intended
 from companion.planning.guard.rollout import Motion, moved
@@ -30,16 +30,13 @@ Path = tuple[FloatArray, FloatArray, FloatArray]  # times, north and east
 
 @dataclass(frozen=True, slots=True)
 class Rolled:
-    """A vehicle rolled out: where it is at `t_s` (N,) from now, and how it moves (N, 2).
-
-    `orders_mps` (N, 2) are commanded from each time to the next.
-    """
+    """A vehicle rolled out on `orders`: where it is at `t_s` (N,) from now, and how it moves (N, 2)."""
 
     t_s: FloatArray
     north_m: FloatArray
     east_m: FloatArray
     moving_mps: FloatArray
-    orders_mps: FloatArray
+    orders: Orders
 
 
 def following(
@@ -53,7 +50,7 @@ def following(
     t = first.end_s + np.arange(0.0, whole_s, STEP_S)
     orders = Orders(intended.t_s, intended.velocity_mps)
     path = intended.t_s, intended.north_m, intended.east_m
-    return _follow(first.end, t, gone_s, path, orders, speed_mps, vehicle)
+    return _thinned(_follow(first.end, t, gone_s, path, orders, speed_mps, vehicle))
 
 
 def joined(now: Instant, first: Beginning, stored: WayOut, speed_mps: float, vehicle: Vehicle) -> WayOut:
@@ -73,7 +70,7 @@ def joined(now: Instant, first: Beginning, stored: WayOut, speed_mps: float, veh
         if math.hypot(back.moving_mps[-1, 0] - north_mps, back.moving_mps[-1, 1] - east_mps) < JOINED_MPS:
             break
         join_s *= 2
-    later, commanded = stored.t_s - gone_s > end_s, stored.orders.t_s - gone_s > end_s
+    later, ordered = stored.t_s - gone_s > end_s, stored.orders.t_s - gone_s > end_s
     north, east = back.north_m[-1] - north, back.east_m[-1] - east  # still missing: for ever
     return WayOut(
         begin=now,
@@ -84,12 +81,12 @@ def joined(now: Instant, first: Beginning, stored: WayOut, speed_mps: float, veh
         stop_s=stop_s,
         verified=True,
         orders=Orders(
-            np.concatenate((t, stored.orders.t_s[commanded] - gone_s)),
+            np.concatenate((t, stored.orders.t_s[ordered] - gone_s)),
             np.concatenate(
                 (
-                    back.orders_mps[:-1],
+                    back.orders.velocity_mps[:-1],
                     stored.orders.at(t[-1:] + gone_s),
-                    stored.orders.velocity_mps[commanded],
+                    stored.orders.velocity_mps[ordered],
                 )
             ),
         ),
@@ -98,11 +95,10 @@ def joined(now: Instant, first: Beginning, stored: WayOut, speed_mps: float, veh
 
 def course_to(now: Instant, first: Beginning, rolled: Rolled, last: int, lag_s: float) -> WayOut:
     """A way out along what was rolled out, stopping at its point `last`; whether it is clear is not said."""
-    kept = _kept(rolled, last)
     t, north, east = stopped(
-        rolled.t_s[kept],
-        rolled.north_m[kept],
-        rolled.east_m[kept],
+        rolled.t_s[: last + 1],
+        rolled.north_m[: last + 1],
+        rolled.east_m[: last + 1],
         math.atan2(rolled.moving_mps[last, 1], rolled.moving_mps[last, 0]),
         math.hypot(*rolled.moving_mps[last]),
         lag_s,
@@ -115,7 +111,7 @@ def course_to(now: Instant, first: Beginning, rolled: Rolled, last: int, lag_s: 
         velocity_mps=_first(rolled),
         stop_s=float(rolled.t_s[last]),
         verified=True,
-        orders=Orders(rolled.t_s[:last], rolled.orders_mps[:last]),
+        orders=rolled.orders,
     )
 
 
@@ -145,7 +141,7 @@ def _follow(
         )
         m = moved(m, order, step_s, vehicle)
     columns = np.array(rows)
-    return Rolled(t_s, columns[:, 0], columns[:, 1], columns[:, 2:4], columns[:, 4:])
+    return Rolled(t_s, columns[:, 0], columns[:, 1], columns[:, 2:4], Orders(t_s, columns[:, 4:]))
 
 
 def _at(path: Path, t_s: float) -> tuple[float, float, float, float]:
@@ -160,17 +156,26 @@ def _at(path: Path, t_s: float) -> tuple[float, float, float, float]:
     )
 
 
-def _kept(rolled: Rolled, last: int) -> IntArray:
-    """The points up to `last` that are needed: of steps as good as straight only the ends."""
-    whole = last // FEWER * FEWER
+def _thinned(rolled: Rolled) -> Rolled:
+    """The same with fewer points: of steps as good as straight only the ends."""
+    n = len(rolled.t_s)
+    whole = (n - 1) // FEWER * FEWER
     values = np.stack((rolled.north_m, rolled.east_m))[:, : whole + 1]
     ends, share = values[:, ::FEWER], np.arange(FEWER) / FEWER
     straight = ends[:, :-1, None] * (1 - share) + ends[:, 1:, None] * share
     bent = np.abs(values[:, :whole].reshape(2, -1, FEWER) - straight).max(axis=(0, 2)) > STRAIGHT_M
-    keep = np.ones(last + 1, dtype=np.bool_)
+    keep = np.ones(n, dtype=np.bool_)
     keep[:whole] = (bent[:, None] | (np.arange(FEWER) == 0)).ravel()
-    return np.flatnonzero(keep)
+    return replace(
+        rolled,
+        t_s=rolled.t_s[keep],
+        north_m=rolled.north_m[keep],
+        east_m=rolled.east_m[keep],
+        moving_mps=rolled.moving_mps[keep],
+    )
 
 
 def _first(rolled: Rolled) -> tuple[float, float]:
-    return float(rolled.orders_mps[0, 0]), float(rolled.orders_mps[0, 1])
+    """The first order: where the vehicle means to turn to."""
+    north, east = rolled.orders.velocity_mps[0]
+    return float(north), float(east)

@@ -83,7 +83,7 @@ class Guard(Keeper):
             self._way_out, self._stopping = None, partial(self._stop, now, own, wanted, self._sent)
             self._beside = None
             return wanted
-        if is_wanted and not self._is_fresh and self._stays_beside(now, own, wanted):
+        if is_wanted and self._intended is None and self._stays_beside(now, own, wanted):
             return wanted
         if self._stopping is not None:
             self._way_out, self._stopping = self._stopping(), None

@@ -46,9 +46,8 @@ class Keeper:
         self._stopping: Callable[[], WayOut] | None = None  # the way out, not rolled out yet
         self._dive: Dive | None = None
         self._sent: Velocity = (0.0, 0.0, 0.0)
-        self._told: Intended | None = None  # what is intended, as told
-        self._intended: Intended | None = None  # the same if it is sound
-        self._is_fresh = False  # what is intended was not looked at yet
+        self._told: Intended | None = None
+        self._intended: Intended | None = None  # what is intended, until it has been looked at
         self._searched_at: Instant | None = None
         self._waits = 0  # searches in vain
 
@@ -97,7 +96,8 @@ class Keeper:
         """Whether a way out follows after `wanted`; it is then the stored one."""
         first = self._beginning(now, own, self._sent, wanted[:2], self._period_s)
         self._beside = None
-        for planned in self._planned(now, first, clearance):
+        intended, self._intended = self._intended, None
+        for planned in self._known(now, first, intended, clearance):
             room_m = self._search.room(planned, now, clearance, MOST_M)
             if room_m.min() > 0:
                 self._way_out = planned
@@ -105,7 +105,7 @@ class Keeper:
                     self._beside = Beside.of(planned, room_m, after(now, clearance.unchanged_s()))
                 return True
         found = None
-        if self._may_search(now):
+        if intended is None and self._may_search(now):  # one of the two a step has to do
             found, _ = self._search.best(now, first, wanted[:2], clearance, self._wait_s())
             self._searched_at = now if found is None else None
             self._waits = 0 if found is not None else self._waits + 1
@@ -113,20 +113,17 @@ class Keeper:
             self._way_out = found
         return found is not None
 
-    def _planned(self, now: Instant, first: Beginning, clearance: Clearance) -> Iterator[WayOut]:
-        """Ways out that are known: what is newly intended, the stored one, what was intended before."""
-        fresh, self._is_fresh = self._is_fresh, False
-        intended, stored = self._intended, self._way_out
-        if fresh and intended is not None:
+    def _known(
+        self, now: Instant, first: Beginning, intended: Intended | None, clearance: Clearance
+    ) -> Iterator[WayOut]:
+        """Ways out that need no search: what is newly intended, then the stored one."""
+        stored = self._way_out
+        if intended is not None:
             course = self._search.course(now, first, intended, clearance)
             if course is not None:
                 yield course
         if stored is not None and stored.verified:
             yield self._search.again(now, first, stored)
-        if not fresh and intended is not None and self._may_search(now):
-            course = self._search.course(now, first, intended, clearance)
-            if course is not None:
-                yield course
 
     def _wait_s(self) -> float:
         """A run at once and runs after waiting, in turns: one search a step has to do."""
@@ -170,11 +167,10 @@ class Keeper:
         return begin(now, own, sent[:2], command, period_s, self._config)
 
     def _hear(self, intended: Intended | None) -> None:
-        """What the planner means to do in this step."""
+        """What the planner means to do, looked at once."""
         if intended is not self._told:
             self._told = intended
             self._intended = intended if intended is not None and intended.is_sound else None
-            self._is_fresh = self._intended is not None
 
     def _take(self, tracks: Tracks) -> None:
         """The picture of this step."""

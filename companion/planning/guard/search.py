@@ -59,12 +59,12 @@ class Search:
             return None
         paths = _after(first, rolled.t_s - first.end_s, rolled.north_m[None], rolled.east_m[None])
         clear = np.minimum.accumulate(clearance.room(paths)[0])[len(first.t_s) :] > 0
-        stops = np.flatnonzero(clear)[::-STOP_EVERY]
-        rest = self._lag_s * rolled.moving_mps
+        stops = np.flatnonzero(clear[1:])[::-STOP_EVERY] + 1
+        rest = self._lag_s * rolled.moving_mps[stops]
         stay = clearance.room_to_stay(
-            rolled.t_s[stops], (rolled.north_m + rest[:, 0])[stops], (rolled.east_m + rest[:, 1])[stops]
+            rolled.t_s[stops], rolled.north_m[stops] + rest[:, 0], rolled.east_m[stops] + rest[:, 1]
         )
-        good = stops[(stay > 0) & (stops > 0)]
+        good = stops[stay > 0]
         return course_to(now, first, rolled, int(good[0]), self._lag_s) if len(good) else None
 
     def toward(
