@@ -24,7 +24,8 @@ from companion.reach.shapes import only
 
 STEP_S = 1.0
 EVERY_S = 5.0  # from one beginning to the next at least
-ROWS_A_STEP, ROWS_BESIDES = 600, 80  # of sets, and what a moment costs beside them: 1 ms a step
+MOMENTS_A_S = 30  # ... so long as a step's part of them is no more than
+ROWS_A_STEP, ROWS_BESIDES = 600, 80  # of sets, and what a moment costs beside them: 1 ms
 
 
 class Foresight:
@@ -52,7 +53,8 @@ class Foresight:
             self._ships = only(tracks, self._who_matters(now, own, tracks))
             toward = math.atan2(goal_m[1] - own.east_m, goal_m[0] - own.north_m)
             self._motion = motion_of(own, max(elapsed_s(own.stamp, now), 0.0), toward)
-        for _ in range(max(ROWS_A_STEP // (len(self._ships) + ROWS_BESIDES), 1)):
+        wanted = math.ceil(MOMENTS_A_S / self._config.timing.rate_hz)
+        for _ in range(max(min(ROWS_A_STEP // (len(self._ships) + ROWS_BESIDES), wanted), 1)):
             if self._motion is not None:
                 self._play(self._motion, goal_m)
 
