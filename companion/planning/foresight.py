@@ -24,7 +24,7 @@ from companion.reach.shapes import only
 
 STEP_S = 1.0
 EVERY_S = 5.0  # from one beginning to the next at least
-MOMENTS_A_S = 30  # ... so long as a step's part of them is no more than
+MOMENTS_A_S = 60  # ... so long as a step's part of them is no more than
 ROWS_A_STEP, ROWS_BESIDES = 600, 80  # of sets, and what a moment costs beside them: 1 ms
 
 
