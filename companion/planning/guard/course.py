@@ -134,11 +134,7 @@ def _follow(
         v_north, v_east = north_mps - FOLLOW_PER_S * m.north_m, east_mps - FOLLOW_PER_S * m.east_m
         cut = min(speed_mps / max(math.hypot(v_north, v_east), 1e-9), 1.0)
         order = v_north * cut, v_east * cut
-        ahead_north, ahead_east = math.cos(m.heading_rad), math.sin(m.heading_rad)
-        moving_north = m.forward_mps * ahead_north + m.aside_north_mps
-        rows.append(
-            (m.north_m, m.east_m, moving_north, m.forward_mps * ahead_east + m.aside_east_mps, *order)
-        )
+        rows.append((m.north_m, m.east_m, *m.velocity_mps, *order))
         m = moved(m, order, step_s, vehicle)
     columns = np.array(rows)
     return Rolled(t_s, columns[:, 0], columns[:, 1], columns[:, 2:4], Orders(t_s, columns[:, 4:]))

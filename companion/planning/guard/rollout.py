@@ -35,6 +35,14 @@ class Motion:
     aside_north_mps: float = 0.0
     aside_east_mps: float = 0.0
 
+    @property
+    def velocity_mps(self) -> tuple[float, float]:
+        """North and east over ground."""
+        return (
+            self.forward_mps * math.cos(self.heading_rad) + self.aside_north_mps,
+            self.forward_mps * math.sin(self.heading_rad) + self.aside_east_mps,
+        )
+
 
 def motion_of(own: OwnState, age_s: float, toward_rad: float) -> Motion:
     """The vehicle now, from a state `age_s` old.
