@@ -12,7 +12,7 @@ from companion.messages import FloatArray, OwnState, Tracks
 from companion.planning.guard import Intended, Velocity
 from sitl.studies.bad_vehicle import polar
 
-WANDERS_S = 6.0  # from one intention to the next
+WANDERS_S = 2.0  # from one intention to the next
 PLANNERS: tuple["PlannerKind", ...] = ("random", "adversarial", "frozen", "bow", "nan", "silent")
 PlannerKind = Literal["random", "adversarial", "frozen", "bow", "nan", "silent"]
 Planner = Callable[[float, OwnState, Tracks, Instant], Velocity | None]
