@@ -97,6 +97,7 @@ class Keeper:
         first = self._beginning(now, own, self._sent, wanted[:2], self._period_s)
         self._beside = None
         intended, self._intended = self._intended, None
+        none = self._way_out is None or not self._way_out.verified
         for planned in self._known(now, first, intended, clearance):
             room_m = self._search.room(planned, now, clearance, MOST_M)
             if room_m.min() > 0:
@@ -105,7 +106,7 @@ class Keeper:
                     self._beside = Beside.of(planned, room_m, after(now, clearance.unchanged_s()))
                 return True
         found = None
-        if intended is None and self._may_search(now):  # one of the two a step has to do
+        if (none or intended is None) and self._may_search(now):  # with one to fly, one of the two will do
             found, _ = self._search.best(now, first, wanted[:2], clearance, self._wait_s())
             self._searched_at = now if found is None else None
             self._waits = 0 if found is not None else self._waits + 1
