@@ -12,10 +12,9 @@ def add(commands: Commands) -> None:
     Show the contacts of a recording or of a live link: age, distance, closest approach, the size of the set
     where each can be by now, and where it was heard from.  Saves a chart.
 
-    FILE: NMEA 2000 candump, AIVDM, or a table of AIS (CSV of MarineCadastre or the Danish Maritime Authority),
-    plain or gzip'd.  LINK: udpin:HOST:PORT,
-    tcp:HOST:PORT or /dev/tty... with AIVDM sentences or MAVLink, or a CAN bus such as socketcan:can0; several
-    are one picture.  Ctrl-C ends it, with the chart.
+    FILE: NMEA 2000 candump, AIVDM, or a table of AIS (CSV as of MarineCadastre or the Danish Maritime
+    Authority), plain or gzip'd.  LINK: udpin:HOST:PORT, tcp:HOST:PORT or /dev/tty... with AIVDM sentences or
+    MAVLink, or a CAN bus such as socketcan:can0; several are one picture.  Ctrl-C ends it, with the chart.
     """
     p = commands.add_parser("picture", help="show the ships around, recorded or live", description=text)
     p.add_argument("source", nargs="+", metavar="FILE_OR_LINK", help="a file, or one or more links")
