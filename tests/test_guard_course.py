@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ def bending(begin_s: float = 0.0, speed: float = 2.3, end_s: float = 120.0) -> I
     north = (t >= 40) & (t < 80)
     velocity = speed * np.column_stack((north, ~north))
     place = np.vstack((np.zeros(2), np.cumsum(velocity[:-1], axis=0)))
-    return Intended(instant(begin_s), t, place[:, 0], place[:, 1], velocity)
+    return Intended(instant(begin_s), t, place[:, 0], place[:, 1], velocity.astype(np.float64))
 
 
 def followed(first: Beginning, intended: Intended, at_s: float = 0.0) -> Rolled:
@@ -137,7 +138,7 @@ def test_a_vehicle_beside_its_course_is_led_back_and_what_is_missing_stays(
         {"t_s": np.zeros(121)},
     ],
 )
-def test_an_intention_that_is_none_is_not_heard(spoiled: dict[str, FloatArray]) -> None:
+def test_an_intention_that_is_none_is_not_heard(spoiled: dict[str, Any]) -> None:
     assert bending().is_sound
     assert not replace(bending(), **spoiled).is_sound
     guard = Guard(SETTINGS)
