@@ -36,7 +36,8 @@ from companion.messages import (
 from companion.own import Ownship
 from companion.picture import Picture
 from companion.planning.ascent import Ascent
-from companion.planning.guard import Guard, Verdict
+from companion.planning.foresight import Foresight
+from companion.planning.guard import Guard, Intended, Verdict
 from companion.planning.mission import Mission
 from companion.planning.outlook import Outlook
 from companion.planning.steering import RepulsionField, Steering
@@ -60,6 +61,7 @@ class Core:
         self._steering = Steering(config, repulsion)
         self._guard = Guard(config, kernel)
         self._outlook = Outlook(config, kernel)
+        self._foresight = Foresight(config, kernel)
         self._ascent = Ascent(config, kernel)
         self._requests = MessageRequests()
         self._takeover = Takeover(config.autopilot)
@@ -88,7 +90,7 @@ class Core:
         goal_m = self._goal(reasons)
         phase = self._phase(now, own, tracks, goal_m, reasons)
 
-        push = pull = wanted = None
+        push = pull = wanted = intended = None
         if own is not None and goal_m is not None and phase is not Phase.WAIT:
             depth_m = self._mission.target_depth_m()
             aim_m = goal_m
@@ -97,11 +99,13 @@ class Core:
                 aim_m, depth_m = self._ascent.aim(now, own, tracks, depth_m) or (goal_m, depth_m)
             elif phase is Phase.CROSS and (post_m := self._outlook.post(own, tracks, reasons)) is not None:
                 aim_m, pulled = post_m, Phase.SURFACE  # gently, onto the place it holds
+            elif phase is Phase.CROSS:
+                intended = self._intended(now, own, tracks, goal_m)
             push = self._steering.repulsion(tracks, now, own, aim_m)
             pull = self._steering.attraction(own, aim_m, pulled)
             wanted = self._steering.velocity(own, tracks, pull, push, depth_m)
         verdict = self._guard.check(
-            now, own, self._own.heartbeat, tracks, self._picture.reports_heard, wanted
+            now, own, self._own.heartbeat, tracks, self._picture.reports_heard, wanted, intended
         )
         reasons = [*verdict.reasons, *reasons, *self._explain(tracks, now, push)]  # the last word first
         status = _status(verdict, reasons)
@@ -191,6 +195,14 @@ class Core:
         phase = self._mission.phase
         clear = self._ascent.is_clear(now, own, tracks, phase, reasons)
         return clear and (phase is not Phase.LISTEN or self._outlook.may_leave(reasons))
+
+    def _intended(self, now: Instant, own: OwnState, tracks: Tracks, goal_m: FloatArray) -> Intended | None:
+        """What the planner will do, where the guard may need to know."""
+        if self._guard.lies_free:
+            self._foresight.forget()
+        elif not self._outlook.is_playing:  # one play a step has to do
+            self._foresight.look(now, own, tracks, goal_m)
+        return self._foresight.intended
 
     def _explain(self, tracks: Tracks, now: Instant, push: Repulsion | None) -> list[Reason]:
         """What an operator should know about the information steered by."""

@@ -19,6 +19,7 @@ from companion.planning.guard.clearance import Clearance
 from companion.planning.guard.margins import Margins
 from companion.planning.guard.way_out import WayOut
 from companion.reach import Slices
+from sitl.studies.hostile import intending
 from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0, config, heartbeat, own, tracks
 from tests.ships import random_ships
@@ -67,7 +68,7 @@ def is_clear(way_out: WayOut, slices: Slices, clearance: Clearance) -> bool:
 class Checked(Guard):
     """Looks in full at everything that passes without a full look."""
 
-    free = beside = 0
+    free = beside = courses = 0
 
     def _lies_free(self, now: Instant, own: OwnState, slices: Slices) -> bool:
         free = super()._lies_free(now, own, slices)
@@ -82,6 +83,7 @@ class Checked(Guard):
             self.beside += 1
             assert self._way_out is not None
             assert self._slices is not None
+            self.courses += self._way_out.orders is not None
             self.look(now, own, self._slices, self._way_out)
         return beside
 
@@ -101,9 +103,10 @@ def moved(rng: np.random.Generator, ships: Tracks) -> Tracks:
     return replace(ships, revision=2, north_m=north, east_m=east)
 
 
-def fly(seed: int, settings: Config, seconds: int = 40) -> Checked:
+def fly(seed: int, settings: Config, seconds: int = 40, *, intends: bool = False) -> Checked:
     """A wandering planner among random ships; twice a second, and one new report on the way."""
     rng = np.random.default_rng(seed)
+    course = intending(rng, 2.5) if intends else None
     ships, guard, hull = scene(rng), Checked(settings), KinematicSubmarine(Limits())
     state = hull.start(0.0, 0.0, 45.0, rng.uniform(-3, 3))
     wanted = (0.0, 0.0, 0.0)
@@ -118,7 +121,8 @@ def fly(seed: int, settings: Config, seconds: int = 40) -> Checked:
             ships = moved(rng, ships)
             said = None if rng.random() < 0.5 else wanted
         guard.wanted = said
-        verdict = guard.check(now, here, heartbeat(0.5 * step), ships, 1, said)
+        told = None if course is None else course(now, here)
+        verdict = guard.check(now, here, heartbeat(0.5 * step), ships, 1, said, told)
         assert verdict.velocity_ned_mps is not None
         for _ in range(5):
             state = hull.step(state, Demand(verdict.velocity_ned_mps), 0.1)
@@ -126,15 +130,21 @@ def fly(seed: int, settings: Config, seconds: int = 40) -> Checked:
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.integers(0, 2**32 - 1))
-def test_what_passes_on_a_shortcut_also_passes_the_full_check(seed: int) -> None:
-    fly(seed, config(timing={"rate_hz": 2.0, "setpoint_validity_s": 1.0}))
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_what_passes_on_a_shortcut_also_passes_the_full_check(seed: int, intends: bool) -> None:
+    fly(seed, config(timing={"rate_hz": 2.0, "setpoint_validity_s": 1.0}), intends=intends)
 
 
 def test_both_shortcuts_are_taken() -> None:
     flown = [fly(seed, config(timing={"rate_hz": 2.0, "setpoint_validity_s": 1.0})) for seed in range(6)]
     assert sum(guard.free for guard in flown) > 50
     assert sum(guard.beside for guard in flown) > 50
+    assert sum(guard.courses for guard in flown) == 0
+
+
+def test_a_course_is_kept_on_the_shortcut_too() -> None:
+    settings = config(timing={"rate_hz": 2.0, "setpoint_validity_s": 1.0})
+    assert sum(fly(seed, settings, intends=True).courses for seed in range(6)) > 10
 
 
 def berth_of(ships: Tracks, now: Instant = T0) -> Berth:

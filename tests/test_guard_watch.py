@@ -6,6 +6,7 @@ import pytest
 
 from companion.instant import instant
 from companion.messages import OwnState
+from companion.planning.guard.rollout import Motion, held
 from companion.planning.guard.watch import MEMORY_S, Watch
 from companion.planning.guard.way_out import WayOut
 from tests.builders import T0, config, own
@@ -58,7 +59,7 @@ def test_the_same_state_twice_is_no_jump() -> None:
     assert watch.look(instant(1.0), own(), None, (0.0, 0.0)) == []
 
 
-@pytest.mark.parametrize(("made", "codes"), [(2.2, set()), (1.2, {"guard.current"})])
+@pytest.mark.parametrize(("made", "codes"), [(2.21, set()), (2.19, {"guard.current"})])
 def test_a_vehicle_that_makes_good_less_than_declared_has_more_current_than_declared(
     made: float, codes: set[str]
 ) -> None:
@@ -67,6 +68,29 @@ def test_a_vehicle_that_makes_good_less_than_declared_has_more_current_than_decl
     for second in range(90):
         found = looked(watch, moving(made * second, float(second), made), sent=2.5)
     assert found == codes
+
+
+@pytest.mark.parametrize(("current_mps", "codes"), [(0.2, set()), (0.5, {"guard.current"})])
+def test_a_vehicle_that_weaves_for_ever_is_held_against_what_it_can_do(
+    current_mps: float, codes: set[str]
+) -> None:
+    watch, found = Watch(config()), set[str]()
+    at = Motion(0.0, 0.0, 0.0, 0.0)
+    sent = (0.0, 0.0)
+    for step in range(400):
+        made = at.velocity_mps[0] - current_mps * (math.hypot(*at.velocity_mps) > 1.0), at.velocity_mps[1]
+        state = replace(own(at_s=0.25 * step), velocity_ned_mps=(*made, 0.0))
+        found |= {r.code for r in watch.look(state.stamp, state, None, sent) if r.code == "guard.current"}
+        sent = 2.5 * math.cos(0.6 * math.sin(0.15 * step)), 2.5 * math.sin(0.6 * math.sin(0.15 * step))
+        at = held(at, sent, 0.25, config().vehicle)[-1]
+    assert found == codes
+
+
+def test_what_drifts_across_is_no_speed_missing() -> None:
+    watch = Watch(config())
+    for second in range(90):
+        state = replace(own(at_s=float(second)), velocity_ned_mps=(2.5, 0.6, 0.0))
+        assert "guard.current" not in {r.code for r in watch.look(state.stamp, state, None, (2.5, 0.0))}
 
 
 def test_turning_round_takes_its_time_and_is_no_current() -> None:

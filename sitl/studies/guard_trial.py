@@ -4,7 +4,7 @@ No bytes here: the guard is asked directly, thousands of times faster than throu
 """
 
 import math
-from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from msgspec import Struct
@@ -13,17 +13,32 @@ from companion import reach
 from companion.config import Config
 from companion.instant import Instant, instant
 from companion.messages import AutopilotHeartbeat, OwnState, Tracks
-from companion.planning.guard import Guard, Velocity, Verdict
+from companion.planning.guard import Guard, Intended, Velocity, Verdict
 from companion.reach.kernel import Kernel, nearest
 from sitl.closest import to_hulls
 from sitl.studies.bad_vehicle import SIM_S, BadVehicle, Bodies
-from sitl.studies.hostile import PlannerKind, hostile
+from sitl.studies.hostile import PlannerKind, hostile, intending
 from sitl.studies.lanes_picture import Lanes
 
 FAR_M = 9999.0
+INTENDING = 0.5  # share of the planners that say what they intend
 NEAR_M = 15.0  # nearer than this every simulated step is measured, else every step of the guard
 
-Ask = Callable[[Instant, OwnState, AutopilotHeartbeat, Tracks, Velocity | None], Verdict]
+
+class Ask(Protocol):
+    """A guard as something to ask."""
+
+    def __call__(
+        self,
+        now: Instant,
+        own: OwnState,
+        heartbeat: AutopilotHeartbeat,
+        tracks: Tracks,
+        wanted: Velocity | None,
+        intended: Intended | None = None,
+    ) -> Verdict:
+        """What it says to one wanted velocity (NED, m/s), and to what is intended after it."""
+        ...
 
 
 class Outcome(Struct, frozen=True):
@@ -41,7 +56,18 @@ class Outcome(Struct, frozen=True):
 def asking(config: Config, kernel: Kernel = nearest) -> Ask:
     """The project's guard as something to ask."""
     guard = Guard(config, kernel)
-    return lambda now, own, beat, tracks, wanted: guard.check(now, own, beat, tracks, 1, wanted)
+
+    def ask(
+        now: Instant,
+        own: OwnState,
+        heartbeat: AutopilotHeartbeat,
+        tracks: Tracks,
+        wanted: Velocity | None,
+        intended: Intended | None = None,
+    ) -> Verdict:
+        return guard.check(now, own, heartbeat, tracks, 1, wanted, intended)
+
+    return ask
 
 
 def unguarded(
@@ -50,6 +76,7 @@ def unguarded(
     heartbeat: AutopilotHeartbeat,  # noqa: ARG001
     tracks: Tracks,  # noqa: ARG001
     wanted: Velocity | None,
+    intended: Intended | None = None,  # noqa: ARG001
 ) -> Verdict:
     """No guard: what is wanted is flown, and what is no velocity is none."""
     flown = wanted if wanted is not None and all(map(math.isfinite, wanted)) else (0.0, 0.0, 0.0)
@@ -76,6 +103,7 @@ def run_trial(
         start_m = lanes.beside_m(rng, config.field.delta_m, beside_m)
     vehicle = BadVehicle(config, rng, start_m, bodies)
     plan = hostile(planner, rng, config.vehicle.max_speed_mps)
+    intends = intending(rng, config.vehicle.max_speed_mps) if rng.random() < INTENDING else None
     period_s = 1.0 / config.timing.rate_hz
     closest_set = closest_hull = FAR_M
     changed = lost = 0
@@ -89,7 +117,7 @@ def run_trial(
         own = vehicle.measured(now)
         beat = AutopilotHeartbeat(now, 1, 1, "ardupilot", "submarine", True, True, "GUIDED")
         wanted = plan(t, own, tracks, now) if step else (0.0, 0.0, 0.0)
-        verdict = ask(now, own, beat, tracks, wanted)
+        verdict = ask(now, own, beat, tracks, wanted, intends and intends(now, own))
         if not step:
             is_viable = viable(config, vehicle, tracks)
             if not is_viable and beside_m == 0:

@@ -14,7 +14,7 @@ from companion import reach
 from companion.config import Config
 from companion.instant import Instant
 from companion.messages import AutopilotHeartbeat, FloatArray, OwnState, Tracks
-from companion.planning.guard import Velocity, Verdict
+from companion.planning.guard import Intended, Velocity, Verdict
 
 RATE_PER_S, LOOKAHEAD_S = 0.2, 20.0
 SIDES = 32
@@ -38,6 +38,7 @@ class HalfSpaceFilter:
         heartbeat: AutopilotHeartbeat,  # noqa: ARG002 - asked like the guard
         tracks: Tracks,
         wanted: Velocity | None,
+        intended: Intended | None = None,  # noqa: ARG002
     ) -> Verdict:
         """The nearest velocity that every rule allows, or the least bad."""
         w = np.zeros(2) if wanted is None or not np.isfinite(wanted).all() else np.array(wanted[:2])

@@ -7,11 +7,12 @@ from typing import Literal
 import numpy as np
 
 from companion import reach
-from companion.instant import Instant
+from companion.instant import Instant, elapsed_s
 from companion.messages import FloatArray, OwnState, Tracks
-from companion.planning.guard import Velocity
+from companion.planning.guard import Intended, Velocity
 from sitl.studies.bad_vehicle import polar
 
+WANDERS_S = 2.0  # from one intention to the next
 PLANNERS: tuple["PlannerKind", ...] = ("random", "adversarial", "frozen", "bow", "nan", "silent")
 PlannerKind = Literal["random", "adversarial", "frozen", "bow", "nan", "silent"]
 Planner = Callable[[float, OwnState, Tracks, Instant], Velocity | None]
@@ -72,3 +73,23 @@ def _meeting(own: OwnState, tracks: Tracks, now: Instant, speed: float) -> tuple
     k = int(met.argmin())
     at = float(met[k]) if math.isfinite(met[k]) else 60.0
     return own.north_m + float(north[k] + v_north[k] * at), own.east_m + float(east[k] + v_east[k] * at)
+
+
+def intending(rng: np.random.Generator, speed: float) -> Callable[[Instant, OwnState], Intended]:
+    """What such a planner says it intends: another wandering course every few seconds, now and then none."""
+    said: list[Intended] = []
+
+    def course(now: Instant, own: OwnState) -> Intended:
+        if not said or elapsed_s(said[-1].begin, now) > WANDERS_S:
+            legs = int(rng.integers(2, 12))
+            t = np.concatenate((np.zeros(1), np.cumsum(rng.uniform(2.0, 60.0, legs))))
+            angle = rng.uniform(-math.pi, math.pi) + np.cumsum(rng.uniform(-1.5, 1.5, legs + 1))
+            v = rng.uniform(0.0, 1.3 * speed, legs + 1)
+            velocity = v[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+            run = np.vstack((np.zeros((1, 2)), np.cumsum(velocity[:-1] * np.diff(t)[:, None], axis=0)))
+            if rng.random() < 0.05:
+                run[-1] = np.nan
+            said[:] = [Intended(now, t, own.north_m + run[:, 0], own.east_m + run[:, 1], velocity)]
+        return said[0]
+
+    return course

@@ -19,14 +19,17 @@ from companion.config import Config, overlay, to_mapping
 from companion.config import from_mapping as configured
 from companion.instant import Instant
 from companion.messages import AutopilotHeartbeat, FloatArray, IntArray, OwnState, Tracks
+from companion.planning.foresight import Foresight
+from companion.planning.guard import Guard, Intended, Velocity, Verdict
 from companion.reach import choose_kernel
+from companion.reach.kernel import Kernel
 from companion.reach.shapes import only
 from sitl.studies.campaign import Campaign
 from sitl.studies.case import Crossing, Readings
 from sitl.studies.closest import to_the_hulls, to_the_sets
 from sitl.studies.crossing import cross
 from sitl.studies.guard import TRACKING_M
-from sitl.studies.guard_trial import Ask, asking
+from sitl.studies.guard_trial import Ask
 from sitl.studies.lanes_picture import TRAFFICS, TrafficKind
 from sitl.studies.places import executor_of
 from sitl.studies.planners import FieldPlanner, field_planner
@@ -126,7 +129,7 @@ def run_part(seed: int, part: Part, kernel: str = "numpy") -> list[Outcome]:
         rows = np.arange(len(tracks)).reshape(vehicles, -1)
         return Guarded(
             planner,
-            tuple(_asked(part.guard, config, kernel) for _ in range(vehicles)),
+            tuple(_asked(part.guard, config, kernel, case.goal_m) for _ in range(vehicles)),
             tuple(only(believed, some) for some in rows),
             case.cruise_depth_m,
             np.arange(vehicles),
@@ -148,12 +151,37 @@ def run_part(seed: int, part: Part, kernel: str = "numpy") -> list[Outcome]:
     ]
 
 
-def _asked(guard: str, config: Config, kernel: str) -> Ask:
+def _asked(guard: str, config: Config, kernel: str, goal_m: tuple[float, float]) -> Ask:
     if guard == "half-space":
         from sitl.studies.half_space import HalfSpaceFilter  # noqa: PLC0415 - an extra
 
         return HalfSpaceFilter(config)
-    return asking(config, choose_kernel("numba" if kernel == "numba" else "numpy"))
+    return Advised(config, choose_kernel("numba" if kernel == "numba" else "numpy"), goal_m)
+
+
+class Advised:
+    """The guard, told what the planner intends, as on the board."""
+
+    def __init__(self, config: Config, kernel: Kernel, goal_m: tuple[float, float]) -> None:
+        self._guard, self._foresight = Guard(config, kernel), Foresight(config, kernel)
+        self._goal_m = np.array(goal_m)
+
+    def __call__(
+        self,
+        now: Instant,
+        own: OwnState,
+        heartbeat: AutopilotHeartbeat,
+        tracks: Tracks,
+        wanted: Velocity | None,
+        intended: Intended | None = None,
+    ) -> Verdict:
+        """See `Ask`."""
+        if self._guard.lies_free:
+            self._foresight.forget()
+        else:
+            self._foresight.look(now, own, tracks, self._goal_m)
+        told = intended or self._foresight.intended
+        return self._guard.check(now, own, heartbeat, tracks, 1, wanted, told)
 
 
 def run(options: argparse.Namespace) -> int:

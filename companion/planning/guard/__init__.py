@@ -6,7 +6,8 @@ the field or the network.  `docs/guard.md` has the claim, its assumptions and th
     preconditions  ->  wanted velocity, limited  ->  a way out after it?  ->  pass, or fly the stored one
 """
 
+from companion.planning.guard.intended import Intended
 from companion.planning.guard.judge import Guard
 from companion.planning.guard.verdict import Velocity, Verdict
 
-__all__ = ["Guard", "Velocity", "Verdict"]
+__all__ = ["Guard", "Intended", "Velocity", "Verdict"]

@@ -30,8 +30,7 @@ class Beginning:
         later = np.concatenate((np.zeros(1), WAITING_S, np.arange(12.0, wait_s, 4.0)))
         t = np.append(later[later < wait_s], wait_s)
         end, faded = self.end, np.exp(-t / lag_s)
-        v_north = end.forward_mps * math.cos(end.heading_rad) + end.aside_north_mps
-        v_east = end.forward_mps * math.sin(end.heading_rad) + end.aside_east_mps
+        v_north, v_east = end.velocity_mps
         north, east = (
             end.north_m + v_north * lag_s * (1 - faded),
             end.east_m + v_east * lag_s * (1 - faded),

@@ -15,6 +15,7 @@ from companion.planning.guard.margins import Margins
 from companion.planning.guard.vertical import Dive
 from companion.reach import Slices
 
+Places = FloatArray | float
 LONGEST_S = 3600.0  # nothing is claimed beyond an hour, whatever validity a track states
 
 
@@ -178,30 +179,50 @@ class Clearance:
     ) -> FloatArray:
         """(m,) room at places (m,) from `t_s` (m,) on until the information ends, least over all ships.
 
-        Up to `beyond_m` it is exact from below; what is infinite is more than that.
+        Up to `beyond_m` it is exact from below; what is infinite is more than that.  Not positive says just
+        that: of the ships in the way one answers.
         """
         slices, tracks = self._slices, self._slices.tracks
-        start = self.age_s + t_s[:, None]  # (m, n)
-        end = np.broadcast_to(self.until_s, start.shape)
-        valid_start = np.minimum(np.maximum(start, 0.0), tracks.validity_s)
-        valid_end = np.minimum(end, tracks.validity_s)
-        grown = slices.grown_m(np.arange(len(tracks)), self.until_s)
-        margin = self._margins.tracking_m + self._margins.localised(self.until_s - self.age_s)
-        reach = slices.spread_mps * valid_end + slices.size_m + grown + margin
-        x = north_m[:, None] - tracks.north_m - slices.drift_mps[:, 0] * valid_start
-        y = east_m[:, None] - tracks.east_m - slices.drift_mps[:, 1] * valid_start
-        run_s = np.maximum(valid_end - valid_start, 0.0)
-        distance = _to_segment(x, y, slices.drift_mps * run_s[..., None])
-        counts = (distance < reach + beyond_m) & (start < end)
-        if self._dive is not None:
-            counts &= self._dive.counts(t_s)
-        place, ship = np.nonzero(counts)
         room = np.full(len(t_s), np.inf)
-        if len(place):
+        if not len(t_s):
+            return room
+        validity = tracks.validity_s
+        valid_end = np.minimum(self.until_s, validity)
+        margin = self._margins.tracking_m + self._margins.localised(self.until_s - self.age_s)
+        reach = slices.spread_mps * valid_end + slices.size_m + margin
+        reach += slices.grown_m(np.arange(len(tracks)), self.until_s)
+
+        def away_m(rows: IntArray, start: FloatArray, north: Places, east: Places) -> FloatArray:
+            """From the middle of the ships' tubes, which begin at the ages `start`."""
+            drift, begun = slices.drift_mps[rows], np.minimum(np.maximum(start, 0.0), validity[rows])
+            x = north - tracks.north_m[rows] - drift[:, 0] * begun
+            y = east - tracks.east_m[rows] - drift[:, 1] * begun
+            return _to_segment(x, y, drift * np.maximum(valid_end[rows] - begun, 0.0)[..., None])
+
+        # ships that cannot be near any of the places, first
+        north, east = float(north_m.mean()), float(east_m.mean())
+        wide = float(np.hypot(north_m - north, east_m - east).max()) + beyond_m
+        soonest = self.age_s + float(t_s.min())
+        rows = np.flatnonzero(away_m(np.arange(len(tracks)), soonest, north, east) < reach + wide)
+        if not len(rows):
+            return room
+        start = self.age_s[rows] + t_s[:, None]  # (m, n)
+        least = away_m(rows, start, north_m[:, None], east_m[:, None]) - reach[rows]
+        counts = (least < beyond_m) & (start < self.until_s[rows])
+        if self._dive is not None:
+            counts &= self._dive.counts(t_s)[:, rows]
+        least[~counts] = np.inf
+        # the ship that is likely to be in the way may be enough; of the others those that can be nearer
+        likely = np.argmin(least, axis=1)
+        place = np.flatnonzero(counts.any(axis=1))
+        ship = likely[place]
+        while len(place):
             exact, _, _ = slices.distances(
-                ship, start[place, ship], self.until_s[ship], north_m[place], east_m[place]
+                rows[ship], start[place, ship], self.until_s[rows[ship]], north_m[place], east_m[place]
             )
-            np.minimum.at(room, place, exact - margin[ship])
+            np.minimum.at(room, place, exact - margin[rows[ship]])
+            least[place, ship] = np.inf
+            place, ship = np.nonzero((least < room[:, None]) & (room > 0)[:, None])
         return room
 
 

@@ -35,6 +35,14 @@ class Motion:
     aside_north_mps: float = 0.0
     aside_east_mps: float = 0.0
 
+    @property
+    def velocity_mps(self) -> tuple[float, float]:
+        """North and east over ground."""
+        return (
+            self.forward_mps * math.cos(self.heading_rad) + self.aside_north_mps,
+            self.forward_mps * math.sin(self.heading_rad) + self.aside_east_mps,
+        )
+
 
 def motion_of(own: OwnState, age_s: float, toward_rad: float) -> Motion:
     """The vehicle now, from a state `age_s` old.
@@ -61,30 +69,31 @@ def motion_of(own: OwnState, age_s: float, toward_rad: float) -> Motion:
 def held(start: Motion, command: tuple[float, float], duration_s: float, vehicle: Vehicle) -> list[Motion]:
     """The motion after each of a few equal steps of holding one velocity (north, east)."""
     steps = max(math.ceil(duration_s / HELD_STEP_S - 1e-9), 1)
-    dt = duration_s / steps
+    out: list[Motion] = []
+    for _ in range(steps):
+        out.append(moved(out[-1] if out else start, command, duration_s / steps, vehicle))
+    return out
+
+
+def moved(m: Motion, command: tuple[float, float], dt: float, vehicle: Vehicle) -> Motion:
+    """The motion after one short step `dt` (s) of holding one velocity (north, east)."""
     rate, lag = vehicle.max_turn_rate_radps, vehicle.speed_lag_s
     speed = math.hypot(*command)
     share = -math.expm1(-dt / lag)
-    out: list[Motion] = []
-    m = start
-    for _ in range(steps):
-        toward = math.atan2(command[1], command[0]) if speed > STILL_MPS else m.heading_rad
-        error = math.remainder(toward - m.heading_rad, 2 * math.pi)
-        turn = min(max(error, -rate * dt), rate * dt)
-        target = speed * max(math.cos(error - turn), 0.0)
-        forward = m.forward_mps + (target - m.forward_mps) * share
-        run = target * dt + (m.forward_mps - target) * lag * share
-        along = m.heading_rad + 0.5 * turn
-        m = Motion(
-            m.north_m + run * math.cos(along) + m.aside_north_mps * lag * share,
-            m.east_m + run * math.sin(along) + m.aside_east_mps * lag * share,
-            m.heading_rad + turn,
-            forward,
-            m.aside_north_mps * (1 - share),
-            m.aside_east_mps * (1 - share),
-        )
-        out.append(m)
-    return out
+    toward = math.atan2(command[1], command[0]) if speed > STILL_MPS else m.heading_rad
+    error = math.remainder(toward - m.heading_rad, 2 * math.pi)
+    turn = min(max(error, -rate * dt), rate * dt)
+    target = speed * max(math.cos(error - turn), 0.0)
+    run = target * dt + (m.forward_mps - target) * lag * share
+    along = m.heading_rad + 0.5 * turn
+    return Motion(
+        m.north_m + run * math.cos(along) + m.aside_north_mps * lag * share,
+        m.east_m + run * math.sin(along) + m.aside_east_mps * lag * share,
+        m.heading_rad + turn,
+        m.forward_mps + (target - m.forward_mps) * share,
+        m.aside_north_mps * (1 - share),
+        m.aside_east_mps * (1 - share),
+    )
 
 
 class Runner:

@@ -5,10 +5,12 @@ import math
 import numpy as np
 
 from companion.config import Vehicle
-from companion.instant import Instant
+from companion.instant import Instant, elapsed_s
 from companion.messages import FloatArray
 from companion.planning.guard.beginning import Beginning
 from companion.planning.guard.clearance import Clearance, Paths
+from companion.planning.guard.course import course_to, following, joined
+from companion.planning.guard.intended import Intended
 from companion.planning.guard.rollout import Runner
 from companion.planning.guard.way_out import WayOut, stopped
 
@@ -19,6 +21,7 @@ STOPS_S = (8.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 300.0)
 TURN_COST_S = 60.0  # a way out against the wanted direction counts as this much longer
 WAITS_S = (15.0, 30.0, 60.0, 90.0)  # before a run, where none can begin at once
 TRIES = 3  # best candidates verified to the end
+STOP_EVERY = 5  # of the points of a course, where it may stop
 SOON_S = 1e-3  # a moment this short before stopping is no point of its own
 
 
@@ -26,7 +29,9 @@ class Search:
     """Finds ways out for one vehicle; `speed_mps` is what it makes good in any declared current."""
 
     def __init__(self, vehicle: Vehicle, speed_mps: float, length_s: float) -> None:
+        self._vehicle = vehicle
         self._lag_s = vehicle.speed_lag_s
+        self._length_s = length_s
         self._speed = speed_mps
         self._runner = Runner(vehicle, length_s)
         stops = [s for s in STOPS_S if s < length_s] + [length_s]
@@ -36,6 +41,31 @@ class Search:
         turns = [np.arange(k) * (2 * math.pi / k) for k in (HEADINGS, SLOW_HEADINGS)]
         self._turn = np.concatenate(turns)
         self._speeds = np.repeat((speed_mps, SLOWER * speed_mps), (HEADINGS, SLOW_HEADINGS))
+
+    def again(self, now: Instant, first: Beginning, stored: WayOut) -> WayOut:
+        """The stored way out, after `first`; whether it is clear is another question."""
+        if stored.orders is None:
+            return self.toward(now, first, stored.end_m, stored.speed_mps, stored.wait_s(now))
+        if stored.stop_s - elapsed_s(stored.begin, now) <= first.end_s + SOON_S:
+            return self.stop(now, first)
+        return joined(now, first, stored, self._speed, self._vehicle)
+
+    def course(
+        self, now: Instant, first: Beginning, intended: Intended, clearance: Clearance
+    ) -> WayOut | None:
+        """What is intended, followed from `first` as far as it is clear; to be verified to the end."""
+        rolled = following(now, first, intended, self._length_s, self._speed, self._vehicle)
+        if rolled is None:
+            return None
+        paths = _after(first, rolled.t_s - first.end_s, rolled.north_m[None], rolled.east_m[None])
+        clear = np.minimum.accumulate(clearance.room(paths)[0])[len(first.t_s) :] > 0
+        stops = np.flatnonzero(clear[1:])[::-STOP_EVERY] + 1
+        rest = self._lag_s * rolled.moving_mps[stops]
+        stay = clearance.room_to_stay(
+            rolled.t_s[stops], rolled.north_m[stops] + rest[:, 0], rolled.east_m[stops] + rest[:, 1]
+        )
+        good = stops[stay > 0]
+        return course_to(now, first, rolled, int(good[0]), self._lag_s) if len(good) else None
 
     def toward(
         self,

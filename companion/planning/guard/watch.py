@@ -6,17 +6,17 @@ that reports foretell.
 
 import math
 
-import numpy as np
-
 from companion.config import Config
 from companion.instant import Instant, elapsed_s
 from companion.messages import OwnState, Reason, Tracks
 from companion.planning.guard.foretold import foretold
-from companion.planning.guard.jumps import SLACK_MPS, Jumps
+from companion.planning.guard.jumps import GAP_S, Jumps
+from companion.planning.guard.rollout import STILL_MPS, Motion, held, motion_of
 from companion.planning.guard.way_out import WayOut
 
 MEMORY_S = 30.0  # a broken assumption stays a reason for this long
 SMOOTHING_S = 5.0
+MEASURED_MPS = 0.1  # a velocity over ground is known this well, smoothed; what hides in it shows as tracking
 
 
 class Watch:
@@ -26,8 +26,8 @@ class Watch:
         self._config = config
         self._own: OwnState | None = None
         self._surfaced_at: Instant | None = None
-        self._sent = np.zeros(2)
-        self._made = np.zeros(2)
+        self._expected: Motion | None = None  # the model told what was sent
+        self._missing = 0.0
         self._following_since: Instant | None = None
         self._broken: dict[str, tuple[Instant, Reason]] = {}
         self._unforetold: str | None = None
@@ -94,17 +94,21 @@ class Watch:
             self._note(now, "guard.tracking", text)
 
     def _shortfall(self, now: Instant, own: OwnState, sent: tuple[float, float]) -> None:
-        """The velocity made good against the one sent, both smoothed: a current beyond the declared one."""
-        last = self._own
-        dt = 0.0 if last is None else max(elapsed_s(last.stamp, own.stamp), 0.0)
-        share = 1.0 - math.exp(-dt / SMOOTHING_S)
-        self._sent += share * (np.array(sent) - self._sent)
-        self._made += share * (np.array(own.velocity_ned_mps[:2]) - self._made)
-        missing = float(np.hypot(*(self._sent - self._made)))
-        allowed = self._config.guard.current_mps + SLACK_MPS
-        if missing <= allowed or self._following_since is None:
+        """What is made good along the velocity sent, against what the model makes of it, smoothed."""
+        vehicle = self._config.vehicle
+        dt = 0.0 if self._own is None else max(elapsed_s(self._own.stamp, own.stamp), 0.0)
+        if self._expected is None or dt > GAP_S:
+            self._expected = motion_of(own, 0.0, math.atan2(sent[1], sent[0]))
+        elif dt > 0:
+            self._expected = held(self._expected, sent, dt, vehicle)[-1]
+        # a drift across is led back; what a way out cannot do without is the speed along it
+        north, east = (sent[k] / max(math.hypot(*sent), STILL_MPS) for k in (0, 1))
+        expected, made = self._expected.velocity_mps, own.velocity_ned_mps
+        missing = (expected[0] - made[0]) * north + (expected[1] - made[1]) * east
+        self._missing += -math.expm1(-dt / SMOOTHING_S) * (missing - self._missing)
+        declared = self._config.guard.current_mps
+        if self._missing <= declared + MEASURED_MPS or self._following_since is None:
             self._following_since = now
-        turning_s = math.pi / self._config.vehicle.max_turn_rate_radps + 2 * SMOOTHING_S
-        if elapsed_s(self._following_since, now) > turning_s:
-            text = f"makes {missing:.1f} m/s less than sent, guard.current_mps = {allowed - SLACK_MPS:g}"
+        if elapsed_s(self._following_since, now) > math.pi / vehicle.max_turn_rate_radps + 2 * SMOOTHING_S:
+            text = f"makes {self._missing:.1f} m/s less than sent, guard.current_mps = {declared:g}"
             self._note(now, "guard.current", text)

@@ -15,11 +15,24 @@ STOP_S = np.array((0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0))  # after the c
 
 
 @dataclass(frozen=True, slots=True)
+class Orders:
+    """Velocities commanded in turn: each row of `velocity_mps` (K, 2), north and east, from `t_s` (K,) on."""
+
+    t_s: FloatArray
+    velocity_mps: FloatArray
+
+    def at(self, t_s: FloatArray) -> FloatArray:
+        """(m, 2) those that act at `t_s` (m,), the first one before them all."""
+        return np.asarray(self.velocity_mps[np.searchsorted(self.t_s, t_s, side="right").clip(min=1) - 1])
+
+
+@dataclass(frozen=True, slots=True)
 class WayOut:
     """`t_s` (T,), `north_m`, `east_m` (T,): where the vehicle shall be, seconds after `begin`.
 
     The run's velocity is commanded from `run_s` to `stop_s`; then it stays at the path's last point.  Before,
-    it waits, and for the last `turn_s` of that turns on the spot until it lies along the run.
+    it waits, and for the last `turn_s` of that turns on the spot until it lies along the run.  A course of
+    many velocities has its `orders` in their place, up to `stop_s`.
     `verified`: every set is clear of it; else it is the least bad found.
     """
 
@@ -32,6 +45,7 @@ class WayOut:
     verified: bool
     run_s: float = 0.0
     turn_s: float = 0.0
+    orders: Orders | None = None
 
     @property
     def end_m(self) -> tuple[float, float]:
@@ -78,6 +92,8 @@ class WayOut:
             return share * self.velocity_mps[0], share * self.velocity_mps[1]
         running = self.run_s - ROUNDING_S <= acts_s < self.stop_s
         along = self.velocity_mps if running else (0.0, 0.0)
+        if running and self.orders is not None:
+            along = tuple(self.orders.at(np.array((acts_s,)))[0].tolist())
         v_north = along[0] + FOLLOW_PER_S * (north - own.north_m)
         v_east = along[1] + FOLLOW_PER_S * (east - own.east_m)
         speed = math.hypot(v_north, v_east)
