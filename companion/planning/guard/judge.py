@@ -24,7 +24,7 @@ from companion.planning.guard.beside import MOST_M, Beside
 from companion.planning.guard.clearance import Clearance
 from companion.planning.guard.limits import limited
 from companion.planning.guard.margins import Margins
-from companion.planning.guard.preconditions import is_prestream, missing
+from companion.planning.guard.preconditions import SteadyClock, is_prestream, missing
 from companion.planning.guard.search import WAITS_S, Search
 from companion.planning.guard.verdict import Velocity, Verdict
 from companion.planning.guard.vertical import Dive
@@ -45,6 +45,7 @@ class Guard:
         self._kernel = kernel
         speed = max(config.vehicle.max_speed_mps - config.guard.current_mps, 0.1)
         self._search = Search(config.vehicle, speed, config.guard.way_out_s)
+        self._clock = SteadyClock()
         self._watch = Watch(config)
         self._period_s = 1.0 / config.timing.rate_hz
         self._slices: Slices | None = None
@@ -69,18 +70,16 @@ class Guard:
         wanted_ned_mps: Velocity | None,
     ) -> Verdict:
         """Judge one wanted velocity (NED, m/s)."""
+        reasons = self._clock.missing(now)
         if is_prestream(now, heartbeat, self._config.autopilot):
             text = "zero velocity so that PX4 admits OFFBOARD (autopilot.prestream_offboard)"
             return Verdict((0.0, 0.0, 0.0), False, (Reason("guard.prestream", text),))
-        reasons = missing(now, own, heartbeat, reports_heard, self._config.autopilot)
+        reasons += missing(now, own, heartbeat, reports_heard, self._config.autopilot)
         wanted, unplanned = _finite(wanted_ned_mps)
         if wanted is None and self._way_out is None and self._stopping is None:
             reasons += unplanned
         if reasons or own is None:
-            self._way_out = self._flown = self._stopping = self._beside = (
-                None  # we do not steer: what was planned is void
-            )
-            self._sent = (0.0, 0.0, 0.0)
+            self._hands_off()
             return Verdict(None, False, tuple(reasons + [r for r in unplanned if r not in reasons]))
         reasons += unplanned
         self._take(tracks)
@@ -92,6 +91,11 @@ class Guard:
         changed = wanted is None or math.dist(flown, wanted) > CHANGE_TOLERANCE_MPS
         verified = self._way_out is None or self._way_out.verified  # in an empty sea every way is out
         return Verdict(flown, changed, tuple(reasons), verified)
+
+    def _hands_off(self) -> None:
+        """We do not steer: what was planned is void."""
+        self._way_out = self._flown = self._stopping = self._beside = None
+        self._sent = (0.0, 0.0, 0.0)
 
     def _judge(
         self, now: Instant, own: OwnState, wanted: Velocity, is_wanted: bool, reasons: list[Reason]
