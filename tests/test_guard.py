@@ -242,12 +242,20 @@ def test_it_takes_the_wanted_velocity_again_as_soon_as_that_leaves_a_way_out() -
     assert flight.closest_m > DELTA_M
 
 
-def test_hands_off_voids_what_was_planned() -> None:
+@pytest.mark.parametrize(
+    ("firmware", "prestream", "meanwhile"),
+    [("ardupilot", False, None), ("px4", False, None), ("px4", True, (0.0, 0.0, 0.0))],
+)
+@pytest.mark.parametrize("near_m", [0.0, 120.0])  # stopping is the way out; one was rolled out
+def test_hands_off_voids_what_was_planned(
+    firmware: str, prestream: bool, meanwhile: Velocity | None, near_m: float
+) -> None:
     ship = moored()
-    flight = Flight()
+    flight = Flight(config(autopilot={"prestream_offboard": prestream}), north_m=near_m)
     flight.fly(ship, AHEAD, 5.0)
-    taken = heartbeat(flight.t, takes_setpoints=False, mode="MANUAL")
-    assert flight.guard.check(flight.now, flight.own(), taken, ship, 1, AHEAD).velocity_ned_mps is None
+    taken = heartbeat(flight.t, takes_setpoints=False, mode="MANUAL", firmware=firmware)
+    assert flight.guard.check(flight.now, flight.own(), taken, ship, 1, AHEAD).velocity_ned_mps == meanwhile
+    flight.t += 0.1
     silent = flight.guard.check(flight.now, flight.own(), heartbeat(flight.t), ship, 1, None)
     assert silent.velocity_ned_mps is None  # starts closed again
 

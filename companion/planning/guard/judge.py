@@ -72,6 +72,7 @@ class Guard:
         """Judge one wanted velocity (NED, m/s)."""
         reasons = self._clock.missing(now)
         if is_prestream(now, heartbeat, self._config.autopilot):
+            self._hands_off()
             text = "zero velocity so that PX4 admits OFFBOARD (autopilot.prestream_offboard)"
             return Verdict((0.0, 0.0, 0.0), False, (Reason("guard.prestream", text),))
         reasons += missing(now, own, heartbeat, reports_heard, self._config.autopilot)
