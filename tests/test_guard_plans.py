@@ -317,6 +317,25 @@ def test_what_is_verified_holds_until_a_ships_bounds_come_into_sight(
     assert clearance_of(ships).unchanged_s() == pytest.approx(unchanged_s)
 
 
+def test_a_ship_counts_for_an_hour_and_the_lookahead_at_most() -> None:
+    far = tracks(
+        {"measured_at_s": -100.0, "validity_s": 9000.0}, {"measured_at_s": -100.0, "validity_s": 1500.0}
+    )
+    assert clearance_of(far).until_s == pytest.approx((100.0 + 3600.0 + 20.0, 1500.0))
+    assert not clearance_of(far).unknown.any()  # however near they are
+
+
+def test_beneath_a_ship_that_is_about_to_expire_the_water_is_known_only_if_it_is_far() -> None:
+    below = config(guard={"vertical": "clear_below"})
+    ending = {"measured_at_s": -595.0, "validity_s": 600.0, "sog_mps": 0.0}
+    ships = tracks({**ending, "north_m": 9000.0}, ending, {"validity_s": 1500.0, "sog_mps": 0.0})
+    margins = Margins(5.0, 2.0, 0.0, 3.0, 0.0)
+    for depth_m, unknown in ((0.0, [False, True, False]), (45.0, [False, False, False])):
+        dive = Dive.of(below, ships, own(depth_m=depth_m), (0.0,))
+        found = Clearance(Slices.of(ships), T0, margins, 2.5, 20.0, np.zeros(2), dive)
+        assert found.unknown.tolist() == unknown
+
+
 # ---------------------------------------------------------------- the search
 
 
