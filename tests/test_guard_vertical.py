@@ -1,11 +1,17 @@
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from companion import reach
+from companion.instant import instant
 from companion.messages import Tracks
 from companion.planning.guard import Guard, Velocity, Verdict
 from companion.planning.guard.vertical import Dive, draught_m
+from sitl.studies.bad_vehicle import BadVehicle
+from sitl.studies.hostile import hostile
+from sitl.studies.lanes_picture import TRAFFICS, Lanes
 from tests.builders import T0, config, heartbeat, own, tracks
 
 BELOW = config(guard={"vertical": "clear_below"})
@@ -90,3 +96,40 @@ def test_a_vehicle_that_sinks_gains_nothing_on_the_way_to_its_least_depth() -> N
 @pytest.mark.parametrize(("depth_m", "down_mps"), [(20.0, 0.5), (44.5, 0.25), (45.0, 0.0), (60.0, -0.5)])
 def test_on_a_way_out_it_closes_on_the_cruise_depth(depth_m: float, down_mps: float) -> None:
     assert Dive.of(BELOW, OVERHEAD, own(), (0.0,)).command_mps(depth_m) == pytest.approx(down_mps)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_planner_that_wants_up_brings_it_into_a_ship_s_water(seed: int) -> None:
+    """Toward the nearest ship, or anywhere, and up; current, delay, position and depth as bad as declared.
+
+    A ship's water is what lies within delta of its reachable set, down to its draught and the margin.
+    """
+    settings = config(
+        guard={"vertical": "clear_below", "tracking_error_m": 3.0},
+        timing={"rate_hz": 1.0, "setpoint_validity_s": 3.0},
+    )
+    rng = np.random.default_rng(seed)
+    lanes = Lanes(TRAFFICS[seed % 2], rng)
+    vehicle, guard = BadVehicle(settings, rng, lanes.start_m(rng)), Guard(settings)
+    plan = hostile(("adversarial", "random")[seed // 2], rng, settings.vehicle.max_speed_mps)
+    beneath, least_m = 0, math.inf
+    for step in range(400):
+        now, ships = instant(float(step)), lanes.tracks(float(step))
+        keel_m = draught_m(ships, settings.guard.draught_per_length) + settings.guard.draught_margin_m
+        true = vehicle.measured(now)
+        believed = replace(true, depth_m=true.depth_m + settings.guard.depth_error_m)
+        wanted = plan(float(step), believed, ships, now)
+        assert wanted is not None
+        verdict = guard.check(now, believed, heartbeat(float(step)), ships, 1, (wanted[0], wanted[1], -0.5))
+        assert verdict.velocity_ned_mps is not None
+        vehicle.send(float(step), verdict.velocity_ned_mps)
+        for tenth in range(10):
+            at = instant(step + 0.1 * tenth)
+            near = reach.at(ships, at).nearest(vehicle.true_m).distance_m < settings.field.delta_m
+            depth_m = vehicle.measured(at).depth_m
+            assert not (near & (keel_m > depth_m)).any()
+            beneath += bool(near.any())
+            vehicle.move(step + 0.1 * tenth)
+        least_m = min(least_m, true.depth_m)
+    assert beneath or seed // 2  # the adversary does get beneath ships
+    assert least_m < 40.0  # and is let up between them

@@ -221,11 +221,31 @@ def test_base_stations_and_aids_to_navigation_are_no_contacts(mmsi: int) -> None
 @pytest.mark.parametrize("mmsi", [2_300_001, 992_301_234])
 def test_a_fixed_station_that_moves_or_sends_as_a_ship_is_a_ship(mmsi: int) -> None:
     moving = report(1.0, mmsi=mmsi, kind=TargetKind.UNKNOWN, sog_mps=6.0)
+    still = report(1.0, mmsi=mmsi, kind=TargetKind.UNKNOWN, sog_mps=0.0)
     ship_like = report(1.0, mmsi=mmsi, sog_mps=None)
-    for each in (moving, ship_like):
+    for each in (moving, still, ship_like):
         heard = picture(each)
         assert len(tracks(heard, 1.0)) == 1
         assert "note.odd_number" in {reason.code for reason in heard.notes(instant(1.0))}
+
+
+def test_a_ship_under_the_number_of_an_aircraft_is_a_ship() -> None:
+    """The Danish recording has two: 111111111 at anchor 900 km apart, by class A's message."""
+    heard = picture(report(1.0, mmsi=111_111_111, sog_mps=0.05))
+    assert len(tracks(heard, 1.0)) == 1
+    assert "note.odd_number" in {reason.code for reason in heard.notes(instant(1.0))}
+    unknown = picture(report(1.0, mmsi=111_230_001, kind=TargetKind.UNKNOWN, sog_mps=20.0))
+    assert len(tracks(unknown, 1.0)) == 0
+
+
+def test_ships_whose_number_was_never_set_share_0_and_the_largest_hull() -> None:
+    one, other = Hull(10.0, 10.0, 3.0, 3.0), Hull(80.0, 5.0, 2.0, 9.0)
+    heard = picture(report(1.0, mmsi=0, hull=one), report(2.0, 30_000.0, mmsi=0, hull=other, draught_m=7.0))
+    heard.observe(report(3.0, mmsi=0, hull=one, draught_m=2.0))
+    table = tracks(heard, 3.0)
+    assert table.mmsi.tolist() == [0, 0]
+    assert set(table.bow_m + table.stern_m) == {90.0}
+    assert set(table.draught_m) == {7.0}
 
 
 def test_search_and_rescue_aircraft_are_no_contacts() -> None:

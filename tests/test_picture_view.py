@@ -87,7 +87,15 @@ def test_the_area_is_that_of_the_set() -> None:
 
 
 def command(source: Path | str, chart: Path, **more: object) -> argparse.Namespace:
-    values = {"own": None, "bounds": "", "at": None, "silence": 0.0, "most": 5, "chart": chart}
+    values = {
+        "own": None,
+        "bounds": "",
+        "at": None,
+        "silence": 0.0,
+        "most": 5,
+        "speedup": 1.0,
+        "chart": chart,
+    }
     return argparse.Namespace(source=[str(source)], **{**values, **more})
 
 
@@ -102,6 +110,32 @@ def test_the_command_lists_and_draws_a_recorded_bus(
     assert "stale" in said
     assert "own position from NMEA2000" in said
     assert (tmp_path / "c.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize("columns", [80, 120])
+def test_a_narrow_terminal_loses_columns_and_not_letters(
+    columns: int,
+    shared_data: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert lookout.run(command(shared_data / GULF, tmp_path / "c.png", at=120.0)) == 0
+    said = capsys.readouterr().out
+    assert "…" not in said
+    for kept in ("MMSI", "state", "CPA nm", "TCPA min", "to set nm", "set km2", "source"):
+        assert kept in said
+
+
+def test_every_number_heard_is_accounted_for(
+    shared_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The yacht that recorded the log is one of the 95 with positions."""
+    assert lookout.run(command(shared_data / GULF, tmp_path / "c.png")) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "3094 reports of ships, 96 numbers: 94 listed, 1 out of reach (beyond 54 nm) or ourselves" in said
+    assert "1 that never told a position" in said
 
 
 def test_a_log_without_own_position_is_shown_around_its_middle_and_says_so(

@@ -1,25 +1,13 @@
-"""Recorded buses through our decoder and through the `nmea2000` library, field by field."""
+"""Single NMEA 2000 messages: what they say, what they leave out, their time, our own position."""
 
 import math
 import struct
-from collections import Counter
-from dataclasses import dataclass
-from pathlib import Path
-from random import Random
-from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from nmea2000 import _canboat, backend
+from nmea2000 import backend
 
-from companion.edges.files import read_candump
-from companion.instant import NS_PER_S, Instant, elapsed_s, instant
+from companion.instant import NS_PER_S, elapsed_s, instant
 from companion.messages import (
-    ContactReport,
-    Frame,
-    Heard,
-    Link,
     OwnPosition,
     Source,
     TargetKind,
@@ -28,274 +16,19 @@ from companion.messages import (
 from companion.utc import UtcClock
 from companion.wire import n2k_ais
 from companion.wire.ais_rules import UNSTAMPED_AGE_ERROR_S
-from companion.wire.fast_packet import FastPackets
 from companion.wire.nmea2000 import Nmea2000Decoder
-
-GULF = "n2k_gulf_of_finland_20140815_refragmented.candump.gz"
-IJSSELMEER = "n2k_ijsselmeer_20221130_native.candump.gz"
-AIS_PGNS = (129038, 129039, 129040, 129794, 129809, 129810)
-OTHER_PGNS = (129025, 129026, 127250, 129029)
-NOON = 1_669_809_600  # 2022-11-30T12:00:00Z
-CLASS_A = bytes.fromhex("03d0ddac0efcbd060372a3c61ff196b81501e04104b9b8ccffc0f8ff")
-
-
-@dataclass(frozen=True)
-class Recording:
-    """A log, what we made of it, and the payloads an independent reassembler found."""
-
-    frames: list[Frame]
-    heard: list[Heard]
-    counts: Counter[str]
-    steps: int
-    payloads: list[tuple[int, int, bytes]]  # PGN, talker, payload
-
-    @property
-    def contacts(self) -> list[ContactReport]:
-        return [heard for heard in self.heard if isinstance(heard, ContactReport)]
-
-    def of(self, *pgns: int) -> list[bytes]:
-        return [payload for pgn, _, payload in self.payloads if pgn in pgns]
-
-
-def recording(path: Path) -> Recording:
-    frames = [Frame(Instant(f.unix_ns), Link.CAN, f.data, f.can_id) for f in read_candump(path)]
-    utc = UtcClock()
-    decoder = Nmea2000Decoder(utc)
-    heard = []
-    for frame in frames:
-        for message in decoder.decode(frame):
-            heard.append(message)
-            if isinstance(message, UtcTime):
-                utc.observe(message)
-    reassembler = _canboat.Reassembler()
-    payloads = []
-    for frame in frames:
-        pgn, talker = frame.can_id >> 8 & 0x3FFFF, frame.can_id & 0xFF
-        if pgn in (*AIS_PGNS, 129029):
-            payload = reassembler.push(pgn, frame.data, talker, 255, frame.can_id >> 26)
-            if payload is not None:
-                payloads.append((pgn, talker, bytes(payload)))
-        elif pgn in OTHER_PGNS:
-            payloads.append((pgn, talker, frame.data))
-    return Recording(frames, heard, decoder.counts, utc.steps, payloads)
-
-
-@pytest.fixture(scope="module")
-def gulf(shared_data: Path) -> Recording:
-    return recording(shared_data / GULF)
-
-
-@pytest.fixture(scope="module")
-def ijsselmeer(shared_data: Path) -> Recording:
-    return recording(shared_data / IJSSELMEER)
-
-
-def library(pgn: int, payload: bytes) -> dict[str, Any]:
-    message = backend.decode(pgn, payload, 0, 255, 4)
-    return {
-        field.id: (field.raw_value if field.type.name == "LOOKUP" else field.value)
-        for field in message.fields
-    }
-
-
-def packets(pgn: int, payload: bytes, sequence: int = 0, talker: int = 43) -> list[tuple[int, bytes]]:
-    """CAN frames of one message, by the library."""
-    can_id = _canboat.can_id_compose(4, pgn, talker, 255)
-    return [(can_id, bytes(data)) for data in _canboat.fast_packet_fragment(sequence, payload)]
-
-
-def hear(
-    decoder: Nmea2000Decoder, pgn: int, payload: bytes, t_s: float = 0.0, talker: int = 43
-) -> list[Heard]:
-    frames = packets(pgn, payload, talker=talker) if len(payload) > 8 else [(pgn << 8 | talker, payload)]
-    return [h for can_id, data in frames for h in decoder.decode(Frame(instant(t_s), Link.CAN, data, can_id))]
-
-
-def hear_contact(pgn: int, payload: bytes, utc: UtcClock | None = None, t_s: float = 0.0) -> ContactReport:
-    (report,) = hear(Nmea2000Decoder(utc or UtcClock()), pgn, payload, t_s)
-    assert isinstance(report, ContactReport)
-    return report
-
-
-def class_a(**changes: int) -> bytes:
-    """The test vector with some raw fields changed."""
-    layout = {"mmsi": (1, "<I"), "lon": (5, "<i"), "lat": (9, "<i"), "flags": (13, "<B"), "cog": (14, "<H")}
-    layout |= {"sog": (16, "<H"), "heading": (21, "<H"), "turn": (23, "<h"), "status": (25, "<B")}
-    payload = bytearray(CLASS_A)
-    for name, raw in changes.items():
-        at, code = layout[name]
-        struct.pack_into(code, payload, at, raw)
-    return bytes(payload)
-
-
-def near(ours: float | None, theirs: float | None) -> bool:
-    if ours is None or theirs is None:
-        return ours is None and theirs is None
-    return math.isclose(ours, theirs, rel_tol=1e-12, abs_tol=1e-12)
-
-
-# ---------------------------------------------------------------- recorded buses
-
-
-def test_the_gulf_log_gives_the_counts_of_independent_decoders(gulf: Recording) -> None:
-    by_pgn = Counter(pgn for pgn, _, _ in gulf.payloads)
-    expected = {129038: 1981, 129039: 886, 129794: 186, 129809: 19, 129810: 22, 129025: 597}
-    assert expected.items() <= by_pgn.items()
-    kinds = Counter((report.kind, report.latitude_deg is not None) for report in gulf.contacts)
-    assert kinds == {
-        (TargetKind.CLASS_A, True): 1981,
-        (TargetKind.CLASS_B, True): 886,
-        (TargetKind.CLASS_A, False): 186,
-        (TargetKind.CLASS_B, False): 19 + 22,
-    }
-    assert sum(isinstance(heard, OwnPosition) for heard in gulf.heard) == 597
-    assert sum(isinstance(heard, UtcTime) for heard in gulf.heard) == 3 * 597
-    assert set(gulf.counts) == {"n2k.messages"}
-
-
-def test_the_ijsselmeer_log_gives_the_counts_of_independent_decoders(ijsselmeer: Recording) -> None:
-    kinds = Counter(report.kind for report in ijsselmeer.contacts)
-    assert kinds == {TargetKind.CLASS_A: 1500 + 43, TargetKind.CLASS_B: 228 + 20 + 18}
-    gnss = Counter(talker for pgn, talker, _ in reassembled(ijsselmeer) if pgn == 129029)
-    assert gnss.total() == 1052  # as canboatjs says
-    without_129025 = sum(gnss[talker] - 1 for talker in (0, 4, 28))  # the first may have been late
-    own = sum(isinstance(heard, OwnPosition) for heard in ijsselmeer.heard)
-    missing = ijsselmeer.counts["n2k.no_position"]
-    assert 4869 + without_129025 <= own + missing <= 4869 + without_129025 + 4
-
-
-@pytest.mark.parametrize("log", ["gulf", "ijsselmeer"])
-def test_every_field_of_every_report_equals_the_librarys(log: str, request: pytest.FixtureRequest) -> None:
-    recorded: Recording = request.getfixturevalue(log)
-    theirs = [(pgn, library(pgn, payload)) for pgn, _, payload in recorded.payloads if pgn in AIS_PGNS]
-    assert len(theirs) == len(recorded.contacts)
-    for ours, (pgn, fields) in zip(recorded.contacts, theirs, strict=True):
-        assert ours.mmsi == fields["userId"]
-        if pgn in (129038, 129039, 129040):
-            assert_position_equals(ours, pgn, fields)
-        if pgn in (129794, 129040, 129810):
-            assert_size_equals(ours, fields)
-        if pgn in (129794, 129809):
-            assert (ours.name or "") == (fields["name"] or "").strip()
-
-
-def assert_position_equals(ours: ContactReport, pgn: int, fields: dict[str, Any]) -> None:
-    assert near(ours.latitude_deg, fields["latitude"])
-    assert near(ours.longitude_deg, fields["longitude"])
-    assert near(ours.cog_rad, fields["cog"])
-    assert near(ours.sog_mps, fields["sog"])
-    assert near(ours.heading_rad, fields["heading"])
-    assert ours.accurate == (fields["positionAccuracy"] == 1 and fields["timeStamp"] <= 60)
-    if pgn == 129038:
-        turn = fields["rateOfTurn"]  # 126.6 and 127.5 degrees a minute: AIS's words for "no sensor"
-        told = turn is None or not 126 < abs(math.degrees(turn)) * 60 < 128
-        assert near(ours.turn_rate_radps, turn if told else None)
-        status = fields["navStatus"]
-        assert ours.navigational_status == (None if status == 15 else status)
-
-
-def assert_size_equals(ours: ContactReport, fields: dict[str, Any]) -> None:
-    length, beam = fields["length"], fields["beam"]
-    if ours.hull is None:
-        assert not length or not beam
-        return
-    bow, starboard = fields["positionReferenceFromBow"], fields["positionReferenceFromStarboard"]
-    if bow == 0 and starboard == beam:  # the antenna may be anywhere
-        bow, starboard, length, beam = length, beam, 2 * length, 2 * beam
-    assert sides(ours) == pytest.approx((bow, length - bow, beam - starboard, starboard), abs=1e-9)
-
-
-def reassembled(recorded: Recording) -> list[tuple[int, int, bytes]]:
-    packets = FastPackets()
-    found = []
-    for frame in recorded.frames:
-        pgn = frame.can_id >> 8 & 0x3FFFF
-        if pgn in (*AIS_PGNS, 129029):
-            payload = packets.push(frame.stamp, frame.can_id, frame.data)
-            if payload is not None:
-                found.append((pgn, frame.can_id & 0xFF, payload))
-    return found
-
-
-def test_our_reassembly_finds_the_payloads_the_library_finds(ijsselmeer: Recording, gulf: Recording) -> None:
-    for recorded in (gulf, ijsselmeer):
-        ours = [entry for entry in reassembled(recorded) if entry[0] in AIS_PGNS]
-        assert ours == [entry for entry in recorded.payloads if entry[0] in AIS_PGNS]
-
-
-def test_own_positions_equal_the_librarys(ijsselmeer: Recording) -> None:
-    positions = [library(129025, payload) for payload in ijsselmeer.of(129025)]
-    theirs = [(p["latitude"], p["longitude"]) for p in positions if p["latitude"] is not None]
-    decoder = Nmea2000Decoder(UtcClock())
-    rapid = [frame for frame in ijsselmeer.frames if frame.can_id >> 8 & 0x3FFFF == 129025]
-    heard = [own for frame in rapid for own in decoder.decode(frame) if isinstance(own, OwnPosition)]
-    ours = [(own.latitude_deg, own.longitude_deg) for own in heard]
-    assert ours == [pytest.approx(position, abs=1e-10) for position in theirs]
-    assert len(ours) == 4869 - 192
-
-
-def test_receivers_that_send_no_rapid_position_are_heard_by_their_gnss_position() -> None:
-    payload = bytearray(gnss_time())
-    struct.pack_into("<qq", payload, 7, 597_200_000_000_000_000, -247_400_000_000_000_000)
-    fields = library(129029, bytes(payload))
-    decoder = Nmea2000Decoder(UtcClock())
-    assert len(hear(decoder, 129029, bytes(payload), 4.0)) == 1
-    _, own = hear(decoder, 129029, bytes(payload), 5.0)
-    assert isinstance(own, OwnPosition)
-    assert (own.latitude_deg, own.longitude_deg) == (fields["latitude"], fields["longitude"])
-    assert own.latitude_deg == pytest.approx(59.72)
-    hear(decoder, 129025, struct.pack("<ii", 10, 10), 6.0)
-    assert len(hear(decoder, 129029, bytes(payload), 7.0)) == 1
-    assert len(hear(decoder, 129029, bytes(payload), 8.5)) == 2
-    payload[31] = 0  # no fix
-    assert hear(decoder, 129029, bytes(payload), 19.0) == []
-
-
-def test_the_yacht_of_the_gulf_log_makes_6_7_knots_on_199_degrees(gulf: Recording) -> None:
-    own = [heard for heard in gulf.heard if isinstance(heard, OwnPosition)][10:]
-    speeds, courses, headings = [], [], []
-    for position in own:
-        assert position.velocity_ned_mps is not None
-        assert position.heading_rad is not None
-        north, east, down = position.velocity_ned_mps
-        assert down == 0
-        speeds.append(math.hypot(north, east))
-        courses.append(math.degrees(math.atan2(east, north)) % 360)
-        headings.append(math.degrees(position.heading_rad))
-    assert sorted(speeds)[300] == pytest.approx(6.7 * 1852 / 3600, rel=0.1)
-    assert sorted(courses)[300] == pytest.approx(199, abs=12)
-    assert sorted(headings)[300] == pytest.approx(199, abs=5)
-
-
-def test_ages_on_the_recorded_buses_are_seconds_and_doubtful_ones_say_so(
-    gulf: Recording, ijsselmeer: Recording
-) -> None:
-    sound = []
-    for report in (*gulf.contacts, *ijsselmeer.contacts):
-        if report.latitude_deg is None:
-            continue
-        age_s = elapsed_s(report.measured_at, report.received_at)
-        assert 0 <= age_s <= 57
-        if report.age_error_s == n2k_ais.AGE_ERROR_S:
-            sound.append(age_s)
-        else:  # no stamp, or a clock that is off: the interval reaches the arrival
-            assert report.age_error_s >= max(age_s, UNSTAMPED_AGE_ERROR_S)
-    assert len(sound) > 0.9 * (2867 + 1704)
-    assert sorted(sound)[int(0.99 * len(sound))] < 4.0
-
-
-def test_the_echo_of_the_own_transponder_is_less_than_two_seconds_old(gulf: Recording) -> None:
-    ages = [elapsed_s(r.measured_at, r.received_at) for r in gulf.contacts if r.mmsi == 230_035_780]
-    assert len(ages) > 500
-    assert max(ages) < n2k_ais.AGE_ERROR_S
-
-
-def test_utc_of_both_buses_is_known_and_never_steps(gulf: Recording, ijsselmeer: Recording) -> None:
-    for recorded in (gulf, ijsselmeer):
-        said = [heard for heard in recorded.heard if isinstance(heard, UtcTime)]
-        assert all(abs(heard.utc_ns - heard.stamp) < 2 * NS_PER_S for heard in said)
-        assert recorded.steps == 0
-
+from tests.bus_messages import (
+    CLASS_A,
+    DAYS,
+    NOON,
+    TIME,
+    class_a,
+    clock_at,
+    gnss_time,
+    hear,
+    hear_contact,
+    sides,
+)
 
 # ---------------------------------------------------------------- single messages
 
@@ -414,7 +147,7 @@ def test_latitude_and_longitude_go_together() -> None:
     assert (report.latitude_deg, report.longitude_deg) == (None, None)
 
 
-@pytest.mark.parametrize("mmsi", [0, 1_000_000_000, 0xFFFFFFFF])
+@pytest.mark.parametrize("mmsi", [2**30, 0xFFFFFFFF])
 def test_an_impossible_mmsi_is_dropped_and_counted(mmsi: int) -> None:
     decoder = Nmea2000Decoder(UtcClock())
     assert hear(decoder, 129038, class_a(mmsi=mmsi)) == []
@@ -456,12 +189,6 @@ def test_hulls_are_never_smaller_than_what_was_said(
         assert sides(report) == pytest.approx(expected)
 
 
-def sides(report: ContactReport) -> tuple[float, float, float, float]:
-    """Bow, stern, port, starboard."""
-    assert report.hull is not None
-    return report.hull.bow_m, report.hull.stern_m, report.hull.port_m, report.hull.starboard_m
-
-
 def test_the_craft_of_a_mother_ship_has_no_size_of_its_own() -> None:
     payload = (
         struct.pack("<BI", 24, 982_441_234) + bytes(15) + struct.pack("<HHHH", 120, 40, 10, 50) + bytes(6)
@@ -487,13 +214,6 @@ def test_names_lose_their_padding(raw: bytes, name: str | None) -> None:
 
 
 # ---------------------------------------------------------------- time
-
-
-def clock_at(second: float) -> UtcClock:
-    """UTC is `second` past noon at the source's 1000 s."""
-    utc = UtcClock()
-    utc.observe(UtcTime(instant(1000.0), Source.NMEA2000, NOON * NS_PER_S + round(second * NS_PER_S)))
-    return utc
 
 
 @pytest.mark.parametrize(
@@ -523,14 +243,6 @@ def test_without_utc_a_stamp_says_nothing() -> None:
     report = hear_contact(129038, class_a(flags=17 << 2), t_s=50.0)
     assert report.measured_at == report.received_at
     assert report.age_error_s == UNSTAMPED_AGE_ERROR_S
-
-
-DAYS = NOON // 86_400
-TIME = 12 * 3600 * 10_000 + 5  # noon and half a millisecond
-
-
-def gnss_time(days: int = DAYS, time: int = TIME, method: int = 1) -> bytes:
-    return struct.pack("<BHI", 0, days, time) + bytes(24) + bytes((method << 4,)) + bytes(11)
 
 
 @pytest.mark.parametrize(
@@ -621,88 +333,3 @@ def test_an_own_position_off_the_globe_is_dropped_and_counted() -> None:
     assert hear(decoder, 129025, struct.pack("<ii", 0x7FFFFFFF, 0x7FFFFFFF)) == []
     assert hear(decoder, 129025, struct.pack("<ii", 910_000_000, 0)) == []
     assert decoder.counts["n2k.no_position"] == 2
-
-
-# ---------------------------------------------------------------- bad input
-
-
-WANTED_IDS = st.sampled_from([pgn << 8 | 7 for pgn in (*AIS_PGNS, *OTHER_PGNS, 126992, 129033)])
-
-
-def assert_sane(heard: Heard) -> None:
-    if isinstance(heard, ContactReport):
-        assert 0 < heard.mmsi <= 999_999_999
-        assert heard.measured_at <= heard.received_at
-        for value, low, high in (
-            (heard.latitude_deg, -90, 90),
-            (heard.longitude_deg, -180, 180),
-            (heard.cog_rad, 0, 2 * math.pi),
-            (heard.heading_rad, 0, 2 * math.pi),
-            (heard.sog_mps, 0, 52.6),
-            (heard.turn_rate_radps, -0.21, 0.21),
-        ):
-            assert value is None or low <= value <= high
-        if heard.hull is not None:
-            assert min(sides(heard)) >= 0
-    if isinstance(heard, OwnPosition):
-        assert abs(heard.latitude_deg) <= 90
-        assert abs(heard.longitude_deg) <= 180
-
-
-@given(st.lists(st.tuples(WANTED_IDS | st.integers(0, 2**29 - 1), st.binary(max_size=8)), max_size=100))
-def test_random_frames_never_raise_and_never_leave_the_ranges(frames: list[tuple[int, bytes]]) -> None:
-    decoder = Nmea2000Decoder(UtcClock())
-    for k, (can_id, data) in enumerate(frames):
-        for heard in decoder.decode(Frame(instant(0.01 * k), Link.CAN, data, can_id)):
-            assert_sane(heard)
-
-
-@given(st.sampled_from(AIS_PGNS), st.binary(min_size=9, max_size=100), st.integers(0, 10**9))
-def test_random_payloads_never_raise_and_never_leave_the_ranges(pgn: int, payload: bytes, t_s: int) -> None:
-    for heard in hear(Nmea2000Decoder(clock_at(12.0)), pgn, payload, float(t_s)):
-        assert_sane(heard)
-
-
-@settings(max_examples=20)
-@given(st.integers(0, 2**32), st.sampled_from(["flip", "cut", "drop", "swap"]))
-def test_a_recorded_bus_with_errors_never_raises(gulf: Recording, seed: int, error: str) -> None:
-    random = Random(seed)
-    start = random.randrange(len(gulf.frames) - 2000)
-    decoder = Nmea2000Decoder(UtcClock())
-    heard: list[Heard] = []
-    frames = [mutated(frame, random, error) for frame in gulf.frames[start : start + 2000]]
-    if error == "swap":
-        for _ in range(100):
-            k = random.randrange(len(frames) - 1)
-            frames[k], frames[k + 1] = frames[k + 1], frames[k]
-    for frame in frames:
-        if error != "drop" or random.random() > 0.05:
-            heard += decoder.decode(frame)
-    assert heard
-    for message in heard:
-        assert_sane(message)
-
-
-def mutated(frame: Frame, random: Random, error: str) -> Frame:
-    data = bytearray(frame.data)
-    if random.random() < 0.05 and data:
-        if error == "flip":
-            data[random.randrange(len(data))] ^= 1 << random.randrange(8)
-        if error == "cut":
-            del data[random.randrange(len(data)) :]
-    return Frame(frame.stamp, frame.link, bytes(data), frame.can_id)
-
-
-def test_other_messages_are_ignored() -> None:
-    decoder = Nmea2000Decoder(UtcClock())
-    for pgn in (60416, 60160, 59904, 128259, 130306, 129041, 129793):
-        assert decoder.decode(Frame(instant(0.0), Link.CAN, bytes(8), pgn << 8 | 7)) == []
-    assert not decoder.counts
-
-
-def test_the_same_frames_give_the_same_messages(gulf: Recording) -> None:
-    def run() -> list[Heard]:
-        decoder = Nmea2000Decoder(UtcClock())
-        return [heard for frame in gulf.frames[:5000] for heard in decoder.decode(frame)]
-
-    assert run() == run()

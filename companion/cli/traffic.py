@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from companion.cli.options import Commands, position
+from companion.cli.options import Commands, position, speedup
 
 
 def add(commands: Commands) -> None:
@@ -12,9 +12,9 @@ def add(commands: Commands) -> None:
     Show the contacts of a recording or of a live link: age, distance, closest approach, the size of the set
     where each can be by now, and where it was heard from.  Saves a chart.
 
-    FILE: MarineCadastre CSV, NMEA 2000 candump or AIVDM, plain or gzip'd.  LINK: udpin:HOST:PORT,
-    tcp:HOST:PORT or /dev/tty... with AIVDM sentences or MAVLink, or a CAN bus such as socketcan:can0; several
-    are one picture.  Ctrl-C ends it, with the chart.
+    FILE: NMEA 2000 candump, AIVDM, or a table of AIS (CSV as of MarineCadastre or the Danish Maritime
+    Authority), plain or gzip'd.  LINK: udpin:HOST:PORT, tcp:HOST:PORT or /dev/tty... with AIVDM sentences or
+    MAVLink, or a CAN bus such as socketcan:can0; several are one picture.  Ctrl-C ends it, with the chart.
     """
     p = commands.add_parser("picture", help="show the ships around, recorded or live", description=text)
     p.add_argument("source", nargs="+", metavar="FILE_OR_LINK", help="a file, or one or more links")
@@ -25,12 +25,16 @@ def add(commands: Commands) -> None:
         "--silence", type=float, default=0.0, metavar="S", help="and then hear nothing for so long"
     )
     p.add_argument("--most", type=int, default=25, metavar="N", help="contacts listed (%(default)s)")
+    p.add_argument(
+        "--speedup", type=speedup, default=1.0, metavar="N", help="simulators only: N times real time"
+    )
     p.add_argument("--chart", type=Path, default=Path("picture.png"), metavar="PNG", help="(%(default)s)")
     p.set_defaults(command=_picture)
 
     text = """\
-    Learn from recorded traffic how far ships stray from their straight prediction.  Reads MarineCadastre
-    tables (CSV), NMEA 2000 candumps and AIVDM streams, plain or gzip'd.  Writes NAME.bounds.toml (for
+    Learn from recorded traffic how far ships stray from their straight prediction.  Reads tables
+    of AIS (CSV of MarineCadastre or the Danish Maritime Authority), NMEA 2000 candumps and AIVDM streams,
+    plain or gzip'd.  Writes NAME.bounds.toml (for
     [contacts] bounds_file), and a report with pictures: coverage and area on vessels set aside, by sort of
     ship, and what other systems' rules for silent ships cost.
     """

@@ -1,5 +1,6 @@
 """`companion picture`: the contacts of a recording or of a live link, as a table and a chart."""
 
+import os
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterable
@@ -24,6 +25,7 @@ from companion.picture import Picture
 from companion.picture.view import Line, lines
 
 REFRESH_S = 1.0
+WIDE = 140
 
 
 class Lookout:
@@ -80,6 +82,8 @@ def run(options: Namespace) -> int:
     """Run the sub-command; the exit status."""
     contacts = config.Contacts(bounds_file=options.bounds)
     console = Console()
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console = Console(width=WIDE)  # a file or a pipe has no width of its own
     lookout = Lookout(contacts, options.own)
     files = [Path(source) for source in options.source if Path(source).is_file()]
     if not files:
@@ -108,7 +112,7 @@ def _hear(lookout: Lookout, heard: Iterable[Heard], until_s: float | None) -> No
 
 def _watch(console: Console, lookout: Lookout, options: Namespace) -> int:
     """Live links, until interrupted; what is no terminal gets a line for every new number of contacts."""
-    clock = MonotonicClock()
+    clock = MonotonicClock(options.speedup)
     due, known = clock.now(), -1
     with stop_on_signals() as stop, Live(console=console, auto_refresh=False) as screen:
         for heard in live(options.source, clock, stop):
@@ -116,7 +120,7 @@ def _watch(console: Console, lookout: Lookout, options: Namespace) -> int:
                 lookout.take(each)
             if console.is_terminal and clock.now() >= due:
                 due = after(clock.now(), REFRESH_S)
-                screen.update(_table(lookout, clock.now(), options), refresh=True)
+                screen.update(_table(console, lookout, clock.now(), options), refresh=True)
             if not console.is_terminal and len(lookout.picture) != known:
                 known = len(lookout.picture)
                 print(f"{known} contacts on {' '.join(options.source)}", flush=True)
@@ -125,13 +129,13 @@ def _watch(console: Console, lookout: Lookout, options: Namespace) -> int:
 
 
 def _finish(console: Console, lookout: Lookout, now: Instant, options: Namespace, name: str) -> None:
-    console.print(_table(lookout, now, options))
+    console.print(_table(console, lookout, now, options))
     _, tracks, own, frame, _ = lookout.show(now)
     if own is not None and frame is not None:
         draw(options.chart, tracks, now, own, frame, name)
         console.print(f"chart: {options.chart}", highlight=False)
 
 
-def _table(lookout: Lookout, now: Instant, options: Namespace) -> Group:
+def _table(console: Console, lookout: Lookout, now: Instant, options: Namespace) -> Group:
     found, _, _, _, known = lookout.show(now)
-    return table(found, known, lookout.picture.notes(now), options.most)
+    return table(found, lookout.picture, known, lookout.picture.notes(now), options.most, console)

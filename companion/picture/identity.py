@@ -10,7 +10,7 @@ from enum import StrEnum
 from companion.messages import ContactReport, TargetKind
 
 HIGHEST_AIS_NUMBER = 2**30 - 1  # the field has 30 bits: no radio can send more
-_MOVING_MPS = 1.0
+_FASTEST_SHIP_MPS = 35.0  # 68 knots
 
 
 class Station(StrEnum):
@@ -44,11 +44,14 @@ def station(mmsi: int) -> Station:
 def may_be_a_ship(sender: Station, report: ContactReport) -> bool:
     """Whether `report` must be kept as a contact.
 
-    A fixed station that moves, or that sends a ship's position message, is a ship under a wrong number.
+    A fixed station that tells a speed, if only 0, or that sends a ship's message, is a ship under a wrong
+    number: their own messages have none.  So is an aircraft that sends a ship's message at a ship's speed.
     """
-    if sender in {Station.IMPOSSIBLE, Station.AIRCRAFT}:
+    if sender is Station.IMPOSSIBLE:
         return False
+    if sender is Station.AIRCRAFT:
+        sails = report.sog_mps is None or report.sog_mps < _FASTEST_SHIP_MPS
+        return sails and report.kind in {TargetKind.CLASS_A, TargetKind.CLASS_B}
     if sender in {Station.COAST, Station.AID}:
-        moves = report.sog_mps is not None and report.sog_mps > _MOVING_MPS
-        return moves or report.kind is not TargetKind.UNKNOWN
+        return report.sog_mps is not None or report.kind is not TargetKind.UNKNOWN
     return True

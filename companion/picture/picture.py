@@ -87,9 +87,13 @@ class Picture:
         contact = self._contacts.get(mmsi)
         return dict(contact.heard_from) if contact else {}
 
+    def placed(self) -> set[int]:
+        """The numbers of the contacts with a position, wherever they are."""
+        return {mmsi for mmsi, contact in self._contacts.items() if contact.places.held}
+
     def places_deg(self) -> FloatArray:
-        """(n, 2) latitude and longitude of every contact's newest believed position."""
-        newest = [c.places.held[-1].report for c in self._contacts.values() if c.places.held]
+        """(n, 2) latitude and longitude of every place where a contact may have been heard last."""
+        newest = [place.report for c in self._contacts.values() for place in c.places.held]
         return np.array([(r.latitude_deg, r.longitude_deg) for r in newest], dtype=np.float64).reshape(-1, 2)
 
     def end(self, mmsi: int) -> bool:

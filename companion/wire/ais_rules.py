@@ -7,7 +7,7 @@ from companion.messages import Hull
 # A report without a time stamp is as old as reports with one are when they arrive: of the recorded
 # ones (4231 of sound transponders) 98 % at most 3 s.
 UNSTAMPED_AGE_ERROR_S = 3.0
-HIGHEST_MMSI = 999_999_999
+HIGHEST_AIS_NUMBER = 2**30 - 1  # the field has 30 bits: no radio can send more
 FASTEST_MPS = 102.25 * 1852 / 3600  # 1022 means "102.2 knots or more", 1023 "not available"
 NAVIGATIONAL_STATUS_UNKNOWN = 15
 CRAFT_OF_MOTHERSHIP = 98  # first two digits of the MMSI
@@ -16,8 +16,8 @@ _UNPRINTABLE = bytes(b for b in range(1, 256) if not 0x20 <= b < 0x7F and b != 0
 
 
 def is_mmsi(number: int) -> bool:
-    """Nine digits at most, and not 0."""
-    return 0 < number <= HIGHEST_MMSI
+    """What a radio can send.  0 and ten digits are transponders set up wrongly, on ships all the same."""
+    return 0 <= number <= HIGHEST_AIS_NUMBER
 
 
 def is_position(latitude_deg: float, longitude_deg: float) -> bool:

@@ -123,9 +123,6 @@ class AivdmDecoder:
 
     def _report(self, field: dict[str, Any], stamp: Instant) -> ContactReport | None:
         message = field["msg_type"]
-        if not ais_rules.is_mmsi(int(field["mmsi"])):
-            self.counts["aivdm.bad_mmsi"] += 1
-            return None
         if message in _POSITIONS:
             return self._position(field, stamp, _POSITIONS[message])
         if message in _STATICS:

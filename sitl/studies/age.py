@@ -6,6 +6,7 @@ if it is not, and holds.
 """
 
 import argparse
+import shlex
 from functools import partial
 
 import msgspec
@@ -104,7 +105,7 @@ def _cells(r: AgeRow) -> tuple[str, ...]:
 def _write(options: argparse.Namespace, rows: list[AgeRow]) -> None:
     head = [" | ".join(COLUMNS), " | ".join("---" for _ in COLUMNS)]
     lines = [f"| {line} |\n" for line in (*head, *(" | ".join(_cells(r)) for r in rows))]
-    command = "companion " + " ".join(options.said)
+    command = shlex.join(("companion", *options.said))
     text = f"# {TITLE}\n\n    {command}\n\n{''.join(lines)}\n{NOTE}\n"
     (options.out / "table.md").write_text(text, encoding="utf-8")
     values = [",".join(AgeRow.__struct_fields__)]

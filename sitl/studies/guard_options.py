@@ -74,11 +74,12 @@ def add_endurance(p: argparse.ArgumentParser) -> None:
     p.add_argument("--seed", type=int, default=1, help="of the ships' noise and phases (%(default)s)")
     p.add_argument("--channels", type=int, default=6, metavar="N", help="in a row (%(default)s)")
     p.add_argument(
-        "--policies",
-        nargs="+",
-        default=["decided", *(f"every {s} s" for s in (300, 600, 900, 1200, 1800))],
-        metavar="NAME",
-        help="decided, 'every 300 s', 600, 900, 1200, 1800 (all)",
+        "--every",
+        nargs="*",
+        type=float,
+        default=[300.0, 450.0, 600.0, 750.0],
+        metavar="S",
+        help="fixed intervals beside deciding, seconds (300 450 600 750); reports are believed for 900",
     )
     p.add_argument(
         "--out", type=Path, default=Path("runs") / "study-endurance", metavar="DIR", help="(%(default)s)"

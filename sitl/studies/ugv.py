@@ -6,6 +6,7 @@ delta = 0.51 m, so bodies are points here.  The layouts vary in where the others
 """
 
 import argparse
+import shlex
 from functools import partial
 
 import msgspec
@@ -106,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
                 title = f"exact, {variant}, {attraction}, K_r = {k_r:g}"
                 rows.append(row(title, outcomes, case.delta_m))
     identity = {"study": "ugv", "seed": options.seed, "trials": options.trials, "vehicle": options.vehicle}
-    command = "companion " + " ".join(options.said)
+    command = shlex.join(("companion", *options.said))
     notes = (THROUGH_SITL,) if options.vehicle == "sitl" else (NOTE,)
     write(options.out, TITLE, command, identity, [*rows, *PAPER], (*notes, *failures))
     show(console, TITLE, [*rows[: 2 * len(PLANNERS_SHOWN)], *PAPER])

@@ -1,6 +1,7 @@
 """`companion study uuv`: the paper's vehicle crossing a shipping channel, planner beside planner."""
 
 import argparse
+import shlex
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -58,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
             failures.append(
                 f"{PLANNERS[name].title}: within delta in {len(within)} trials, first {within[0]}"
             )
-    command = "companion " + " ".join(options.said)
+    command = shlex.join(("companion", *options.said))
     known = {**identity, "planners": names, "trials": options.trials}
     said = (PLANNER_NOTE, DISTANCE_NOTE, *paired(outcomes), *failures)
     write(options.out, TITLE, command, known, [*rows, *PAPER], said)
