@@ -63,6 +63,7 @@ def test_a_beginning_of_no_time_is_the_vehicle_itself() -> None:
 @pytest.mark.parametrize(
     ("wait_s", "times"),
     [
+        (0.75, (0.5,)),
         (5.0, (0.5, 1, 1.5, 2, 3, 4)),
         (8.0, (0.5, 1, 1.5, 2, 3, 4, 6)),
         (30.0, (0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 20, 24, 28)),
@@ -138,6 +139,8 @@ def test_it_says_how_long_it_still_waits_and_what_is_still_to_come() -> None:
 
 
 def test_at_no_speed_nothing_is_turned_to() -> None:
+    slow = way_out(speed=0.5).command(instant(35.0), own(at_s=35.0), 0.5, 2.5)
+    assert slow == pytest.approx((0.06, 0.08))
     assert way_out(speed=0.0).command(instant(35.0), own(at_s=35.0), 0.5, 2.5) == (0.0, 0.0)
 
 
@@ -228,6 +231,9 @@ FLAT = (7.0, 7.0, 7.0, 7.0)
         # apart at the very beginning only, where there is little room
         ((1.0, 9.0, 9.0, 9.0), path(0.0, GRID, NORTH, (9.0, 7.0, 7.0, 7.0)), False),
         ((9.0, 9.0, 9.0, 1.0), path(0.0, GRID, NORTH, (9.0, 7.0, 7.0, 7.0)), True),
+        # only what is still to come counts, each cell by its own ends
+        ((1.0, 9.0, 9.0, 9.0), path(0.0, GRID, NORTH, (7.0, 7.0, 9.0, 9.0)), True),
+        ((1.0, 9.0, 9.0, 9.0), path(4.0, (0.0, 4.0, 8.0), (8.0, 16.0, 24.0), (9.0,) * 3), True),
         # farther on than the first ever goes: what it has at its end for ever
         ((9.0, 9.0, 9.0, 5.0), path(0.0, (0.0, 12.0, 14.0), (0.0, 24.0, 28.0), (7.0,) * 3), True),
         ((9.0, 9.0, 9.0, 3.0), path(0.0, (0.0, 12.0, 14.0), (0.0, 24.0, 28.0), (7.0,) * 3), False),
@@ -339,15 +345,19 @@ def test_beneath_a_ship_that_is_about_to_expire_the_water_is_known_only_if_it_is
 # ---------------------------------------------------------------- the search
 
 
-SEARCH = Search(VEHICLE, 2.3, 300.0)
+@pytest.fixture
+def search() -> Search:
+    return Search(VEHICLE, 2.3, 300.0)
+
+
 NOWHERE = np.zeros(0)
 AT_REST = Beginning(NOWHERE, NOWHERE, NOWHERE, 0.6, Motion(30.0, -20.0, 0.5, 0.0))
 
 
 @pytest.mark.parametrize("end_m", [(130.0, -20.0), (30.0, 80.0), (-40.0, -90.0), (90.0, -100.0)])
-def test_toward_a_place_it_comes_to_rest_there(end_m: tuple[float, float]) -> None:
+def test_toward_a_place_it_comes_to_rest_there(search: Search, end_m: tuple[float, float]) -> None:
     """The turn takes it aside, so it is abreast of the place where it stops."""
-    found = SEARCH.toward(T0, AT_REST, end_m, 2.3)
+    found = search.toward(T0, AT_REST, end_m, 2.3)
     line = np.array(end_m) - (30.0, -20.0)
     length = float(np.hypot(*line))
     gone = np.array(found.end_m) - (30.0, -20.0)
@@ -357,29 +367,29 @@ def test_toward_a_place_it_comes_to_rest_there(end_m: tuple[float, float]) -> No
     assert found.verified
 
 
-def test_toward_a_place_too_near_or_at_no_speed_it_just_stops() -> None:
+def test_toward_a_place_too_near_or_at_no_speed_it_just_stops(search: Search) -> None:
     near = (30.0 + 2.3 * VEHICLE.speed_lag_s - 0.01, -20.0)
     for end_m, speed in ((near, 2.3), ((500.0, 0.0), 0.0)):
-        assert SEARCH.toward(T0, AT_REST, end_m, speed).speed_mps == 0.0
+        assert search.toward(T0, AT_REST, end_m, speed).speed_mps == 0.0
 
 
-def test_there_is_a_run_in_every_direction_and_one_of_none() -> None:
+def test_there_is_a_run_in_every_direction_and_one_of_none(search: Search) -> None:
     """All of them clear: the one toward what is wanted is taken, and the first place to stop on it."""
     sea = clearance_of(tracks({"north_m": 9e4}))
     for wanted in ((1.0, 0.0), (0.0, -2.0), (-0.7, 0.7)):
-        found, best = SEARCH.best(T0, AT_REST, wanted, sea)
+        found, best = search.best(T0, AT_REST, wanted, sea)
         assert found is best
         assert math.atan2(*found.velocity_mps[::-1]) == pytest.approx(math.atan2(*wanted[::-1]))
         assert found.stop_s - found.run_s == pytest.approx(8.0, abs=0.5)
         assert found.run_s == pytest.approx(0.6)
-    slow, _ = SEARCH.best(T0, AT_REST, (0.05, 0.05), sea)  # too slow to say whereto: along the hull
+    slow, _ = search.best(T0, AT_REST, (0.05, 0.05), sea)  # too slow to say whereto: along the hull
     assert slow is not None
     assert slow.velocity_mps == pytest.approx((2.3 * math.cos(0.5), 2.3 * math.sin(0.5)))
 
 
-def test_a_run_after_waiting_waits_and_turns_first() -> None:
+def test_a_run_after_waiting_waits_and_turns_first(search: Search) -> None:
     sea = clearance_of(tracks({"north_m": 9e4}))
-    found, _ = SEARCH.best(T0, AT_REST, (-1.0, 0.0), sea, 30.0)
+    found, _ = search.best(T0, AT_REST, (-1.0, 0.0), sea, 30.0)
     assert found is not None
     turn_s = math.pi / VEHICLE.max_turn_rate_radps
     assert (found.run_s, found.turn_s) == pytest.approx((0.6 + 30.0 + turn_s, turn_s))
@@ -391,11 +401,11 @@ def test_a_run_after_waiting_waits_and_turns_first() -> None:
     assert along <= -gone + 1e-6
 
 
-def least_bad(room: FloatArray) -> int:
+def least_bad(search: Search, room: FloatArray) -> int:
     """Which of the runs is taken."""
     direction = np.linspace(0.1, 3.0, len(room))
     first = replace(AT_REST, t_s=np.array((0.0,)), north_m=np.zeros(1), east_m=np.zeros(1))
-    found = SEARCH._least_bad(T0, first, direction, np.full(len(room), 2.0), room)
+    found = search._least_bad(T0, first, direction, np.full(len(room), 2.0), room)
     assert not found.verified
     assert found.stop_s == pytest.approx(0.6 + RUN_S[-1])  # it never stops on the way
     (taken,) = np.flatnonzero(np.isclose(direction, math.atan2(*found.velocity_mps[::-1])))
@@ -405,7 +415,7 @@ def least_bad(room: FloatArray) -> int:
 RUN_S = Runner(VEHICLE, 300.0).t_s
 
 
-def test_the_least_bad_run_is_in_least_deep_for_least_long_and_rather_late_than_soon() -> None:
+def test_the_least_bad_run_is_in_least_deep_for_least_long_and_rather_late_than_soon(search: Search) -> None:
     """A metre too near for a second counts e-fold less every minute; room elsewhere counts for nothing."""
     t = [0.0, *(0.6 + RUN_S)]
     lasts_s = [b - a for a, b in pairwise(t)] + [4.0]
@@ -417,9 +427,9 @@ def test_the_least_bad_run_is_in_least_deep_for_least_long_and_rather_late_than_
         room[np.arange(6), other] = [-1.02 / counts[m] for m in other]
         room[4] = 0.0
         room[4, k] = -1.0 / counts[k]
-        assert least_bad(room) == 4
+        assert least_bad(search, room) == 4
         room[4, k] *= 1.04
-        assert least_bad(room) != 4
+        assert least_bad(search, room) != 4
 
 
 def test_where_what_is_wanted_is_just_reached_it_is_reached() -> None:

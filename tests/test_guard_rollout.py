@@ -13,33 +13,39 @@ from sitl.vehicle import Demand, KinematicSubmarine, Limits
 from tests.builders import T0
 
 VEHICLE = Vehicle()
-RUNNER = Runner(VEHICLE, 300.0)
+
+
+@pytest.fixture
+def runner() -> Runner:
+    return Runner(VEHICLE, 300.0)
 
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, -2.0, 3.1, math.pi])
 @pytest.mark.parametrize("speed", [2.3, 1.2, 0.0])
-def test_a_run_is_what_small_steps_of_the_same_model_give(direction: float, speed: float) -> None:
+def test_a_run_is_what_small_steps_of_the_same_model_give(
+    runner: Runner, direction: float, speed: float
+) -> None:
     start = Motion(10.0, -5.0, 0.3, 2.0, 0.2, -0.1)
-    north, east, made = RUNNER.paths(start, np.array((direction,)), np.array((speed,)))
+    north, east, made = runner.paths(start, np.array((direction,)), np.array((speed,)))
     command = (speed * math.cos(direction), speed * math.sin(direction))
-    for k in (1, 3, 10, 25, len(RUNNER.t_s) - 1):
-        last = held(start, command, float(RUNNER.t_s[k]), VEHICLE)[-1]
+    for k in (1, 3, 10, 25, len(runner.t_s) - 1):
+        last = held(start, command, float(runner.t_s[k]), VEHICLE)[-1]
         assert (north[0, k], east[0, k]) == pytest.approx((last.north_m, last.east_m), abs=0.5)
         assert made[0, k] == pytest.approx(last.forward_mps, abs=0.15)
-    heading = RUNNER.heading_rad(start, direction, speed, 5.0)
+    heading = runner.heading_rad(start, direction, speed, 5.0)
     expected = held(start, command, 5.0, VEHICLE)[-1].heading_rad
     assert heading == pytest.approx(expected, abs=0.02)
 
 
 @pytest.mark.parametrize("direction", [0.5, 2.5])
-def test_the_bundled_vehicle_goes_where_the_rollout_says(direction: float) -> None:
+def test_the_bundled_vehicle_goes_where_the_rollout_says(runner: Runner, direction: float) -> None:
     hull = KinematicSubmarine(Limits())
     state = hull.start(0.0, 0.0, 45.0, 0.0)
-    north, east, _ = RUNNER.paths(Motion(0.0, 0.0, 0.0, 0.0), np.array((direction,)), np.array((2.0,)))
+    north, east, _ = runner.paths(Motion(0.0, 0.0, 0.0, 0.0), np.array((direction,)), np.array((2.0,)))
     demand = Demand((2.0 * math.cos(direction), 2.0 * math.sin(direction), 0.0))
     t, worst = 0.0, 0.0
     for k in range(1, 40):
-        while t < RUNNER.t_s[k] - 1e-9:
+        while t < runner.t_s[k] - 1e-9:
             state, t = hull.step(state, demand, 0.1), t + 0.1
         worst = max(worst, math.hypot(state.north_m - north[0, k], state.east_m - east[0, k]))
     assert worst < 1.0  # its turn lag, which guard.tracking_error_m has to cover
@@ -156,17 +162,19 @@ def test_the_grid_is_fine_while_it_turns_and_coarser_later() -> None:
 @pytest.mark.parametrize("direction", [0.3, 0.9, -0.2, 3.0, -2.9, 6.0])
 @pytest.mark.parametrize("speed", [2.3, 1.2, 0.0])
 @pytest.mark.parametrize("turned", [False, True])
-def test_a_run_is_the_model_stepped_exactly(direction: float, speed: float, turned: bool) -> None:
+def test_a_run_is_the_model_stepped_exactly(
+    runner: Runner, direction: float, speed: float, turned: bool
+) -> None:
     start = Motion(10.0, -5.0, -3.0, 2.0, 0.2, -0.1)
-    north, east, made = RUNNER.paths(start, np.array((direction,)), np.array((speed,)), turned=turned)
+    north, east, made = runner.paths(start, np.array((direction,)), np.array((speed,)), turned=turned)
     begun = start
     if turned and speed > 0:
         begun = Motion(10.0, -5.0, direction, 2.0, 0.2, -0.1)
     exact = stepped(begun, direction, speed, 0.5, 600)
-    for k, t in enumerate(RUNNER.t_s):
+    for k, t in enumerate(runner.t_s):
         m = exact[round(t / 0.5)]
         assert (north[0, k], east[0, k], made[0, k]) == pytest.approx((m.north_m, m.east_m, m.forward_mps))
-        heading = RUNNER.heading_rad(start, direction, speed, float(t), turned=turned)
+        heading = runner.heading_rad(start, direction, speed, float(t), turned=turned)
         assert math.cos(heading - m.heading_rad) == pytest.approx(1.0)
 
 
