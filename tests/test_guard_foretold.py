@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from companion import reach
-from companion.instant import Instant
+from companion.instant import Instant, instant
 from companion.messages import SPREAD_AGES_S, Model, Tracks
 from companion.planning.guard.foretold import foretold
 from companion.planning.guard.watch import Watch
@@ -185,3 +185,10 @@ def test_one_ship_may_report_anew_while_the_other_is_silent() -> None:
     later = tracks({**SHIP, "north_m": 300.0, "measured_at_s": 60.0}, {**SHIP, "north_m": 900.0})
     assert foretold(two, later).holds
     assert len(foretold(two, later).strays) == 0
+
+
+def test_a_ship_that_left_its_bounds_is_told_for_half_a_minute_and_no_longer() -> None:
+    watch = Watch(config())
+    watch.compare(tracks(SHIP), tracks({**SHIP, "north_m": 900.0, "measured_at_s": 60.0}))
+    said = [watch.look(instant(t), own(at_s=t), None, (0.0, 0.0)) for t in (0.0, 1.0, 30.0, 31.0, 32.0)]
+    assert [len(reasons) for reasons in said] == [1, 1, 1, 0, 0]
