@@ -129,6 +129,28 @@ def test_px4_gets_zero_velocity_before_offboard_only_when_asked_for() -> None:
     assert check(asked, empty, AHEAD, heartbeat=ardupilot).velocity_ned_mps is None
 
 
+@pytest.mark.parametrize("what", ["own", "heartbeat"])
+def test_what_is_stamped_later_than_now_is_not_fresh(what: str) -> None:
+    ahead = {"own": own(at_s=0.001), "heartbeat": heartbeat(at_s=0.001)}
+    verdict = check(Guard(config()), Tracks.empty(), AHEAD, **{what: ahead[what]})
+    assert verdict.velocity_ned_mps is None
+    assert codes(verdict) == {{"own": "guard.position_lost", "heartbeat": "guard.heartbeat_lost"}[what]}
+
+
+def test_a_clock_set_back_closes_it_for_good_and_says_by_how_much() -> None:
+    guard = Guard(config())
+
+    def at(t: float) -> Verdict:
+        return check(guard, Tracks.empty(), AHEAD, now=instant(t), own=own(at_s=t), heartbeat=heartbeat(t))
+
+    assert at(10.0).velocity_ned_mps == at(10.0).velocity_ned_mps == AHEAD
+    for t in (9.0, 9.5, 20.0, 19.75):
+        verdict = at(t)
+        assert verdict.velocity_ned_mps is None
+        assert codes(verdict) == {"guard.clock_set_back"}
+    assert "set back 1.2 s" in verdict.reasons[0].text
+
+
 @given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.floats(-5, 200))
 def test_speed_and_depth_limits_hold_whatever_is_wanted(
     vn: float, ve: float, vd: float, depth: float
@@ -220,12 +242,20 @@ def test_it_takes_the_wanted_velocity_again_as_soon_as_that_leaves_a_way_out() -
     assert flight.closest_m > DELTA_M
 
 
-def test_hands_off_voids_what_was_planned() -> None:
+@pytest.mark.parametrize(
+    ("firmware", "prestream", "meanwhile"),
+    [("ardupilot", False, None), ("px4", False, None), ("px4", True, (0.0, 0.0, 0.0))],
+)
+@pytest.mark.parametrize("near_m", [0.0, 120.0])  # stopping is the way out; one was rolled out
+def test_hands_off_voids_what_was_planned(
+    firmware: str, prestream: bool, meanwhile: Velocity | None, near_m: float
+) -> None:
     ship = moored()
-    flight = Flight()
+    flight = Flight(config(autopilot={"prestream_offboard": prestream}), north_m=near_m)
     flight.fly(ship, AHEAD, 5.0)
-    taken = heartbeat(flight.t, takes_setpoints=False, mode="MANUAL")
-    assert flight.guard.check(flight.now, flight.own(), taken, ship, 1, AHEAD).velocity_ned_mps is None
+    taken = heartbeat(flight.t, takes_setpoints=False, mode="MANUAL", firmware=firmware)
+    assert flight.guard.check(flight.now, flight.own(), taken, ship, 1, AHEAD).velocity_ned_mps == meanwhile
+    flight.t += 0.1
     silent = flight.guard.check(flight.now, flight.own(), heartbeat(flight.t), ship, 1, None)
     assert silent.velocity_ned_mps is None  # starts closed again
 

@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import pytest
@@ -42,6 +43,51 @@ def test_a_vehicle_that_stopped_while_the_link_was_down_has_not_jumped() -> None
     """An autopilot without setpoints stops; when it is heard again it is short of where it was going."""
     assert seen(Jumps(config()), at(0.0), at(24.0, -SPEED * 24.0)) == 0.0
     assert seen(Jumps(config()), at(0.0), at(24.0, 60.0)) > 0.0  # farther than it can have gone
+
+
+ERROR_M = 2 * config().guard.own_position_error_m  # of two positions
+
+
+@pytest.mark.parametrize("course", [0.0, 1.1, 2.0, -0.6, -2.5])
+@pytest.mark.parametrize(("dt", "gap"), [(0.25, False), (1.5, False), (24.0, True)])
+@pytest.mark.parametrize("aside", [0.0, 1.3, 3.0])
+def test_what_motion_explains_is_the_mean_velocity_times_the_time_in_any_direction(
+    course: float, dt: float, gap: bool, aside: float
+) -> None:
+    def state(t: float, north: float, east: float, speed: float) -> OwnState:
+        velocity = (speed * math.cos(course), speed * math.sin(course), 0.4)
+        return replace(own(north, east, at_s=t), velocity_ned_mps=velocity)
+
+    first = state(10.0, 500.0, -700.0, 1.0)
+    run = 1.5 * dt
+    north, east = 500.0 + run * math.cos(course), -700.0 + run * math.sin(course)
+    allowed = ERROR_M + 0.2 * dt
+    if gap:  # then from where it was, as far as it can have gone
+        north, east = 500.0, -700.0
+        allowed += (2.5 + config().guard.current_mps) * dt
+    for off, unexplained in ((allowed - 0.01, False), (allowed + 0.01, True)):
+        jumps = Jumps(config())
+        second = state(
+            10.0 + dt, north + off * math.cos(course + aside), east + off * math.sin(course + aside), 2.0
+        )
+        assert (seen(jumps, first, second) > 0) is unexplained
+
+
+def test_what_is_allowed_grows_with_the_time_under_water() -> None:
+    drifting = config(guard={"own_position_drift_mps": 0.1})
+    for off, jumped in ((ERROR_M + 10.0, False), (ERROR_M + 10.5, True)):
+        jumps = Jumps(drifting)
+        jumps.look(instant(0.0), at(0.0), 99.0)
+        assert (jumps.look(instant(1.0), at(1.0, off), 100.0) > 0) is jumped
+
+
+def test_after_settling_the_next_jump_counts_by_itself() -> None:
+    jumps = Jumps(config())
+    surfaced = config().vehicle.surfaced_depth_m
+    seen(jumps, *(at(float(t), 60.0 * (t > 0), depth_m=surfaced) for t in range(40)))
+    assert jumps.unexplained_m == 0.0
+    assert seen(jumps, at(40.0, 60.0, 70.0, depth_m=surfaced)) == pytest.approx(70.0)
+    assert seen(jumps, at(41.0, 100.0, 70.0, depth_m=surfaced)) == pytest.approx(math.hypot(70.0, 40.0))
 
 
 def test_a_position_that_jumps_back_has_explained_itself() -> None:

@@ -114,3 +114,33 @@ def test_a_way_out_leads_back_to_its_path_and_stops_in_time() -> None:
     assert beside.deviation_m(own(0.0, 7.5)) == pytest.approx(0.5)
     gone, north, _ = way.rest(instant(25.0))
     assert (gone.tolist(), north.tolist()) == ([0.0], [20.0])
+
+
+def test_a_velocity_that_is_noisy_about_the_one_sent_is_no_current() -> None:
+    watch, allowed = Watch(config()), config().guard.current_mps
+    for second in range(120):
+        off = (allowed + 0.5) * (-1) ** second
+        assert looked(watch, moving(2.0 * second, float(second), 2.0 + off), sent=2.0) <= {
+            "guard.position_accuracy"
+        }
+
+
+def test_what_is_missing_along_the_velocity_sent_is_smoothed_over_five_seconds() -> None:
+    watch = Watch(config())
+    looked(watch, moving(0.0, 0.0, 2.0), sent=2.0)
+    for second in range(1, 6):
+        looked(watch, moving(0.0, float(second), 1.0), sent=2.0)
+    assert watch._missing == pytest.approx(1 - math.exp(-1))
+    looked(watch, moving(0.0, 5.0, -3.0), sent=2.0)  # no time has passed
+    assert watch._missing == pytest.approx(1 - math.exp(-1))
+
+
+def test_it_has_been_under_water_since_it_was_last_seen_at_the_surface() -> None:
+    watch, surfaced = Watch(config()), config().vehicle.surfaced_depth_m
+    assert watch.submerged_s(instant(50.0)) == 0.0
+    looked(watch, moving(0.0, 100.0))
+    assert watch.submerged_s(instant(130.0)) == 30.0
+    looked(watch, moving(0.0, 130.0, depth_m=surfaced))
+    looked(watch, moving(0.0, 131.0, depth_m=surfaced + 0.01))
+    assert watch.submerged_s(instant(140.0)) == 10.0
+    assert watch.submerged_s(instant(120.0)) == 0.0

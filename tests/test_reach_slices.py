@@ -7,6 +7,7 @@ from companion import reach
 from companion.instant import instant
 from companion.messages import FloatArray, Model, Tracks
 from companion.reach import Slices
+from tests.builders import tracks
 from tests.ships import random_ships
 
 RNG = np.random.default_rng(5)
@@ -34,7 +35,7 @@ def test_a_number_that_is_not_finite_is_refused() -> None:
     for column in ("north_m", "sog_mps", "top_speed_mps", "bow_m"):
         values = getattr(tracks, column).copy()
         values[3] = np.nan
-        with pytest.raises(ValueError, match="finite"):
+        with pytest.raises(ValueError, match=r"^tracks have a value that is no finite number$"):
             Slices.of(replace(tracks, **{column: values}))
 
 
@@ -120,3 +121,59 @@ def test_a_turning_ship_counts_as_its_tube_over_the_round_seconds_around() -> No
         for later, slope in ((-2.0, -slices.retreat_mps(rows, ages, advance)), (2.0, advance)):
             then = reach.at(tracks, instant(age + later)).nearest(points).distance_m
             assert (then >= found[0] - 2.0 * slope - 1e-6).all()
+
+
+def test_the_discs_are_the_smallest_that_the_words_of_each_model_give() -> None:
+    rows = [
+        {"sog_mps": 5.0, "cog_rad": 0.6, "speed_noise_mps": 0.2, "course_noise_rad": 0.3, "model": k}
+        for k in (0, 1, 2)
+    ]
+    hull = {"bow_m": 30.0, "stern_m": 10.0, "port_m": 40.0, "starboard_m": 5.0, "position_error_m": 7.0}
+    three = replace(
+        tracks(*({**row, **hull} for row in rows)),
+        disc_speed_mps=np.full(3, 3.0),
+        turn_rate_radps=np.full(3, -0.01),
+        turn_rate_error_radps=np.full(3, 0.002),
+    )
+    slices = Slices.of(three)
+    drift = (5.0 * np.cos(0.6), 5.0 * np.sin(0.6))
+    assert slices.drift_mps == pytest.approx(np.array((drift, (0.0, 0.0), (0.0, 0.0))))
+    assert slices.spread_mps == pytest.approx((0.2 + 2 * 5.2 * np.sin(0.15), 3.0, 5.2 + 0.012 * 50.0))
+    assert slices.size_m == pytest.approx(np.full(3, 50.0 + 7.0))  # the corner farthest from the antenna
+    none = np.zeros(3)
+    points = replace(three, bow_m=none, stern_m=none, port_m=none, starboard_m=none)
+    assert Slices.of(points).size_m == pytest.approx(np.full(3, 7.0))
+    assert len(Slices.of(Tracks.empty())) == 0
+
+
+def test_beyond_the_validity_it_grows_at_once() -> None:
+    slices, row = Slices.of(tracks({"validity_s": 600.0, "top_speed_mps": 16.0})), np.zeros(1, dtype=np.int64)
+    grown = [float(slices.grown_m(row, np.array((age,)))[0]) for age in (599.0, 600.0, 600.5, 601.0)]
+    assert grown[:2] == [0.0, 0.0]
+    assert grown[2] == pytest.approx(float(slices.turned_m[0]) + 8.0)
+    assert grown[3] - grown[2] == pytest.approx(8.0)
+
+
+def test_the_edge_of_a_disc_retreats_as_fast_as_it_advances_and_a_turning_ships_may_have_come() -> None:
+    rows = np.arange(3)
+    three = tracks(*({"model": k, "disc_speed_mps": 3.0} for k in (0, 1, 2)))
+    slices, advance, age = Slices.of(three), np.array((1.0, 2.0, 3.0)), np.full(3, 60.0)
+    assert slices.retreat_mps(rows, age, advance) == pytest.approx((1.0, 2.0, -3.0))
+    assert slices.retreat_mps(rows, np.full(3, 601.0), advance) == pytest.approx((1.0, 2.0, 3.0))
+
+
+@pytest.mark.parametrize("age_s", [0.0, 0.9, 1.5, 5.0, 10.0, 10.9, 11.0, 19.0, 19.5, 60.0])
+@pytest.mark.parametrize("lasts_s", [0.0, 4.0, 90.0])
+def test_a_turning_ship_is_taken_between_round_ages(age_s: float, lasts_s: float) -> None:
+    """From ten seconds to ten seconds, and a second more to either side: sets are rounded to seconds."""
+    turns = {"model": int(Model.TURNING), "cog_rad": 0.4}
+    ship = replace(tracks(turns), turn_rate_radps=np.full(1, 0.004), turn_rate_error_radps=np.full(1, 0.001))
+    begin = 10.0 * np.floor(max(age_s - 1.0, 0.0) / 10.0)
+    end = max(10.0 * np.ceil((age_s + lasts_s + 1.0) / 10.0), begin + 10.0)
+    place = np.array((700.0, 900.0))
+    expected = reach.tube(ship, instant(begin), end).nearest(place)
+    found = Slices.of(ship).distances(
+        np.zeros(1, dtype=np.int64), np.full(1, age_s), np.full(1, age_s + lasts_s), place[:1], place[1:]
+    )
+    assert found[0] == pytest.approx(expected.distance_m, abs=1e-6)
+    assert np.column_stack(found[1:]) == pytest.approx(expected.away, abs=1e-6)

@@ -162,8 +162,11 @@ def _beyond(outcomes: Sequence[Outcome], delta_m: float) -> str:
         text += _row(f"of these, {name}", some, delta_m) if some else ""
     told = sum(o.unforetold for o in outcomes)
     struck = sum(o.closest_hull_m < 0 for o in outcomes)
+    near = [o for o in outcomes if o.closest_set_m < delta_m]
+    warned = sum(o.no_way_out > 0 for o in near)
     return text + (
-        f"\n`guard.report_unforetold` in {told} of {len(outcomes)} trials; inside a true hull in {struck}.\n"
+        f"\n`guard.report_unforetold` in {told} of {len(outcomes)} trials; inside a true hull in {struck}; "
+        f"`guard.no_way_out` in {warned} of the {len(near)} that came within delta.\n"
     )
 
 

@@ -128,14 +128,13 @@ def run_trial(
         assert verdict.velocity_ned_mps is not None
         vehicle.send(t, verdict.velocity_ned_mps)
         for k in range(round(period_s / SIM_S)):
+            at_s, here = t + k * SIM_S, vehicle.true_m
             if sets_m < NEAR_M or k == 0:
-                at = instant(t + k * SIM_S)
-                here = vehicle.true_m
-                sets_m = float(reach.at(tracks, at).nearest(here).distance_m.min())
+                sets_m = float(reach.at(tracks, instant(at_s)).nearest(here).distance_m.min())
                 closest_set = min(closest_set, sets_m)
-                if sets_m < NEAR_M:
-                    closest_hull = min(closest_hull, float(to_hulls(lanes.truth(t + k * SIM_S), here).min()))
-            vehicle.move(t + k * SIM_S)
+            if sets_m < NEAR_M or lanes.has_broken(at_s):  # a ship out of bounds is near no set of its own
+                closest_hull = min(closest_hull, float(to_hulls(lanes.truth(at_s), here).min()))
+            vehicle.move(at_s)
     return Outcome(closest_set, closest_hull, steps, changed, lost, is_viable, unforetold)
 
 

@@ -67,14 +67,18 @@ class Lanes:
             return self._later[min(int((t_s - self._heard_s) / AGAIN_S), len(self._later) - 1)]
         return self._second if t_s >= self._renewed_s else self._first
 
+    def has_broken(self, t_s: float) -> bool:
+        """Whether the ships have left what they declared."""
+        return t_s >= self._broken_s
+
     def truth(self, t_s: float) -> Tracks:
         """Where every hull is."""
         return true_tracks(
             instant(t_s),
             mmsi=self._mmsi,
             position_m=self._true_m(np.full(len(self._mmsi), t_s)),
-            course_rad=self._course if t_s < self._broken_s else self._new_course,
-            speed_mps=self._speed if t_s < self._broken_s else self._new_speed,
+            course_rad=self._course if not self.has_broken(t_s) else self._new_course,
+            speed_mps=self._speed if not self.has_broken(t_s) else self._new_speed,
             hulls=np.tile(HULL, (len(self._mmsi), 1)),
             names=(),
         )

@@ -15,6 +15,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from companion.calibrate import bounds_file
 from companion.calibrate.conformal import calibrate
@@ -66,8 +67,8 @@ def repeated(outcomes: list[Outcome], span_s: float) -> list[Outcome]:
     found: list[Outcome] = []
     for i in range(round(REPEATED_S / span_s)):
         for o in outcomes:
-            fix = o.forecast.fix._replace(at=after(o.forecast.fix.at, i * span_s))
-            forecast = o.forecast._replace(fix=fix)
+            fix = replace(o.forecast.fix, at=after(o.forecast.fix.at, i * span_s))
+            forecast = replace(o.forecast, fix=fix)
             found.append(o._replace(mmsi=o.mmsi + i * 10**9, at=after(o.at, i * span_s), forecast=forecast))
     return found
 

@@ -42,18 +42,17 @@ class Guard(Keeper):
         `intended`: what the planner means to do after it, where that is known; it is one more way out to look
         at, and nothing of it is believed.
         """
+        reasons = self._clock.missing(now)
         if is_prestream(now, heartbeat, self._config.autopilot):
+            self._hands_off()
             text = "zero velocity so that PX4 admits OFFBOARD (autopilot.prestream_offboard)"
             return Verdict((0.0, 0.0, 0.0), False, (Reason("guard.prestream", text),))
-        reasons = missing(now, own, heartbeat, reports_heard, self._config.autopilot)
+        reasons += missing(now, own, heartbeat, reports_heard, self._config.autopilot)
         wanted, unplanned = _finite(wanted_ned_mps)
         if wanted is None and self._way_out is None and self._stopping is None:
             reasons += unplanned
         if reasons or own is None:
-            self._way_out = self._flown = self._stopping = self._beside = (
-                None  # we do not steer: what was planned is void
-            )
-            self._sent = (0.0, 0.0, 0.0)
+            self._hands_off()
             return Verdict(None, False, tuple(reasons + [r for r in unplanned if r not in reasons]))
         reasons += unplanned
         self._take(tracks)

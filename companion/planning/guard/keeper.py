@@ -16,6 +16,7 @@ from companion.planning.guard.beside import MOST_M, Beside
 from companion.planning.guard.clearance import Clearance
 from companion.planning.guard.intended import Intended
 from companion.planning.guard.margins import Margins
+from companion.planning.guard.preconditions import SteadyClock
 from companion.planning.guard.search import WAITS_S, Search
 from companion.planning.guard.verdict import Velocity
 from companion.planning.guard.vertical import Dive
@@ -35,6 +36,7 @@ class Keeper:
         self._kernel = kernel
         speed = max(config.vehicle.max_speed_mps - config.guard.current_mps, 0.1)
         self._search = Search(config.vehicle, speed, config.guard.way_out_s)
+        self._clock = SteadyClock()
         self._watch = Watch(config)
         self._period_s = 1.0 / config.timing.rate_hz
         self._slices: Slices | None = None
@@ -55,6 +57,11 @@ class Keeper:
     def lies_free(self) -> bool:
         """Whether stopping was a way out at the last step: nobody need know what is intended."""
         return self._stopping is not None
+
+    def _hands_off(self) -> None:
+        """We do not steer: what was planned is void."""
+        self._way_out = self._flown = self._stopping = self._beside = self._told = self._intended = None
+        self._sent = (0.0, 0.0, 0.0)
 
     def _lies_free(self, now: Instant, own: OwnState, slices: Slices) -> bool:
         """Whether stopping is a way out, whatever is flown for a period."""

@@ -7,6 +7,24 @@ from companion.instant import Instant, elapsed_s
 from companion.messages import AutopilotHeartbeat, OwnState, Reason
 
 
+class SteadyClock:
+    """The source's clock, which only ever goes on: set back, it makes every age too young, for good."""
+
+    def __init__(self) -> None:
+        self._latest: Instant | None = None
+        self._back_s = 0.0
+
+    def missing(self, now: Instant) -> list[Reason]:
+        """Why nothing can be dated any more, if so."""
+        if self._latest is not None and now < self._latest:
+            self._back_s += elapsed_s(now, self._latest)
+        self._latest = now
+        if self._back_s == 0:
+            return []
+        text = f"the clock was set back {self._back_s:.1f} s, no age can be trusted: restart the companion"
+        return [Reason("guard.clock_set_back", text)]
+
+
 def is_prestream(now: Instant, heartbeat: AutopilotHeartbeat | None, autopilot: Autopilot) -> bool:
     """PX4 outside OFFBOARD ignores setpoints but wants to see a stream before it admits the mode."""
     return (
@@ -39,7 +57,7 @@ def _of_the_autopilot(
         return [Reason("guard.no_heartbeat", "no autopilot heartbeat heard yet")]
     found: list[Reason] = []
     silent_s = elapsed_s(heartbeat.stamp, now)
-    if not silent_s <= autopilot.heartbeat_timeout_s:
+    if not 0 <= silent_s <= autopilot.heartbeat_timeout_s:
         found.append(Reason("guard.heartbeat_lost", f"no autopilot heartbeat for {silent_s:.1f} s"))
     if not heartbeat.armed:
         found.append(Reason("guard.disarmed", "vehicle is disarmed"))
@@ -54,7 +72,7 @@ def _of_the_position(now: Instant, own: OwnState | None, autopilot: Autopilot) -
         return [Reason("guard.no_position", "no own position heard yet")]
     found: list[Reason] = []
     old_s = elapsed_s(own.stamp, now)
-    if not old_s <= autopilot.position_timeout_s:
+    if not 0 <= old_s <= autopilot.position_timeout_s:
         found.append(Reason("guard.position_lost", f"own position is {old_s:.1f} s old"))
     if not all(map(math.isfinite, (own.north_m, own.east_m, own.depth_m, *own.velocity_ned_mps))):
         found.append(Reason("guard.position_invalid", "own position is not a number"))
