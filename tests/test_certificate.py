@@ -13,9 +13,11 @@ from companion.errors import ModelError
 from companion.planning import certificate
 from companion.planning.certificate import Certificate
 from companion.planning.model_file import read_bytes
+from companion.planning.network import Network
 from companion.planning.onnx_weights import float_constants
 from models import certify, commands
 from models.bounds import enclose, forward, teacher
+from tests.builders import config
 
 MODEL = read_bytes("straight")[1]
 HELD = certificate.check("straight")
@@ -54,6 +56,14 @@ def test_one_changed_weight_is_refused_by_its_digest(copy: Path) -> None:
     copy.write_bytes(with_weight("weight1", 3, 1e-4))
     with pytest.raises(ModelError, match="another file"):
         certificate.check(copy)
+
+
+@pytest.mark.parametrize("name", ["weight0", "weight1", "bias0", "bias1"])
+def test_one_changed_weight_is_refused_at_start_by_the_certificate_beside_it(copy: Path, name: str) -> None:
+    Network.load(copy, config())
+    copy.write_bytes(with_weight(name, 0, 1e-4))
+    with pytest.raises(ModelError, match=r"repulsion\.model = .*damaged or replaced"):
+        Network.load(copy, config())
 
 
 @pytest.mark.parametrize("name", ["weight0", "weight1", "bias0", "bias1"])

@@ -72,6 +72,19 @@ class Certificate(msgspec.Struct, frozen=True, kw_only=True):
         return hashlib.sha256(msgspec.json.encode(blank, order="sorted")).hexdigest()
 
 
+def refuse_another(path_or_name: str | Path, content: bytes, key: str) -> None:
+    """Raise `ModelError` where a certificate lies beside the model and is of another file: one bit tells."""
+    try:
+        certificate = _read(path_or_name, str(path_or_name))
+    except ModelError:
+        return  # none, or none to read: `check` says so to whoever asks for one
+    if hashlib.sha256(content).hexdigest() != certificate.model_sha256:
+        raise ModelError(
+            f"{key} = '{path_or_name}': damaged or replaced, for the certificate beside it is of another "
+            f"file; install it again, or {REMEDY}"
+        )
+
+
 def check(path_or_name: str | Path) -> Certificate:
     """Prove a model's certificate again; raises `ModelError` saying what is wrong with it."""
     origin, content = read_bytes(path_or_name)

@@ -19,6 +19,7 @@ from companion.config import Config
 from companion.errors import ModelError
 from companion.instant import Instant
 from companion.messages import BoolArray, FloatArray, Model, Nearest, Repulsion, Tracks
+from companion.planning.certificate import refuse_another
 from companion.planning.far import Boxes, far_m
 from companion.planning.field import ExactRepulsion
 from companion.planning.model_file import (
@@ -94,6 +95,7 @@ class Network:
     def load(cls, path_or_name: str | Path, config: Config, key: str = KEY) -> "Network":
         """Read a model file, or a packaged model by its name; `key` is what an error names."""
         origin, content = read_bytes(path_or_name, key=key)
+        refuse_another(path_or_name, content, key)
         session = open_session(content, origin, key)
         text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
         metadata = decode_metadata(text, origin, key)
