@@ -112,7 +112,8 @@ def measure(n: int) -> None:
             lockstep.send(tick.t, data, message.valid_until if isinstance(message, Setpoint) else None)
         if decision.setpoint is not None and len(decision.tracks):
             heard = decision.tracks.revision != revision
-            taken["reports" if heard else "silence"].append((step_ms, guard_ms[0]))
+            for kind in ("all", "reports" if heard else "silence"):
+                taken[kind].append((step_ms, guard_ms[0]))
             changed += decision.guard_changed
         revision = decision.tracks.revision
     Guard.check = check  # type: ignore[method-assign]
