@@ -251,12 +251,14 @@ class Config(Section, frozen=True):
                 f"guard.current_mps = {self.guard.current_mps:g} is not below vehicle.max_speed_mps = "
                 f"{self.vehicle.max_speed_mps:g}: no way out can be planned that is slower than the water"
             )
-        every_s, reserve_s = self.surfacing.every_s, self.surfacing.reserve_s
-        if every_s > 0 and every_s + reserve_s > self.contacts.validity_s:
+        every_s, vehicle = self.surfacing.every_s, self.vehicle
+        up_s = vehicle.listen_s + 2 * vehicle.cruise_depth_m / vehicle.max_vertical_speed_mps
+        longest_s = self.contacts.validity_s - self.surfacing.reserve_s - up_s
+        if every_s > max(longest_s, 0.0):
             raise ValueError(
-                f"surfacing.every_s = {every_s:g}: with surfacing.reserve_s = {reserve_s:g} longer than "
-                f"contacts.validity_s = {self.contacts.validity_s:g}, so the information would end under "
-                "water; shorten the interval, or set 0 to let it decide"
+                f"surfacing.every_s = {every_s:g}: at most {max(longest_s, 0):.0f} s, as surfacing.reserve_s "
+                f"and the {up_s:.0f} s of a surfacing have to fit into contacts.validity_s with it, or the "
+                "information ends under water; lower it, or set 0 to let it decide"
             )
         period_s = 1.0 / self.timing.rate_hz
         if self.timing.setpoint_validity_s <= period_s:

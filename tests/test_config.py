@@ -25,7 +25,7 @@ from tests.builders import GOAL, config
         ({"goal": GOAL, "field": {"attraction": "strong"}}, "field.attraction"),
         ({"goal": GOAL, "nonsense": {}}, "nonsense"),
         ({"goal": GOAL, "contacts": {"course_noise_rad": 2.0}}, "contacts.course_noise_rad"),
-        ({"goal": GOAL, "surfacing": {"every_s": 900.0}}, "surfacing.every_s"),
+        ({"goal": GOAL, "surfacing": {"every_s": 250.0}}, "surfacing.every_s"),
         ({"goal": 3}, "goal"),
     ],
 )

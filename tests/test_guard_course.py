@@ -13,6 +13,7 @@ from companion.planning.guard import Guard, Intended
 from companion.planning.guard.beginning import Beginning, begin
 from companion.planning.guard.course import Rolled, course_to, following, joined
 from companion.planning.guard.rollout import held, motion_of
+from companion.planning.guard.search import Search
 from companion.planning.guard.way_out import WayOut
 from companion.reach import at
 from tests.builders import T0, config, heartbeat, own, tracks
@@ -168,3 +169,16 @@ def test_an_intention_into_a_ship_is_not_flown() -> None:
         for k in range(len(kept.t_s)):
             place = np.array((kept.north_m[k], kept.east_m[k]))
             assert at(ship, after(T0, float(kept.t_s[k]))).nearest(place).distance_m.min() > 7.0
+
+
+def test_a_course_that_is_all_but_flown_ends_by_stopping() -> None:
+    first, lag_s = beginning(sailing()), VEHICLE.speed_lag_s
+    rolled = followed(first, bending(end_s=20.0))
+    course = course_to(T0, first, rolled, len(rolled.t_s) - 1, lag_s)
+    search = Search(VEHICLE, LIMIT, SETTINGS.guard.way_out_s)
+    for before_s, is_course in ((6.0, True), (0.3, False)):
+        at_s = course.stop_s - before_s
+        east_m = float(course.position_m(instant(at_s))[1])
+        again = search.again(instant(at_s), beginning(sailing(east_m, at_s), at_s), course)
+        assert (again.orders is not None) is is_course
+        assert again.end_m == pytest.approx(course.end_m, abs=1.0)

@@ -77,9 +77,9 @@ def add_endurance(p: argparse.ArgumentParser) -> None:
         "--every",
         nargs="*",
         type=float,
-        default=[300.0, 450.0, 600.0, 750.0],
+        default=[200.0, 300.0, 450.0, 540.0],
         metavar="S",
-        help="fixed intervals beside deciding, seconds (300 450 600 750); reports are believed for 900",
+        help="fixed intervals beside deciding, seconds (200 300 450 540, the longest)",
     )
     p.add_argument(
         "--out", type=Path, default=Path("runs") / "study-endurance", metavar="DIR", help="(%(default)s)"
