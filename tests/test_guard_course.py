@@ -154,6 +154,18 @@ def test_an_intention_that_is_over_or_not_begun_gives_no_course() -> None:
     first = beginning(sailing())
     for begin_s in (-200.0, 10.0):
         assert following(T0, first, bending(begin_s), 300.0, LIMIT, VEHICLE) is None
+        guard, ship = Guard(SETTINGS), tracks({"north_m": 60.0, "cog_rad": math.pi, "sog_mps": 2.0})
+        told = guard.check(T0, sailing(), heartbeat(0.0), ship, 1, (0.0, 2.3, 0.0), bending(begin_s))
+        assert told == Guard(SETTINGS).check(T0, sailing(), heartbeat(0.0), ship, 1, (0.0, 2.3, 0.0))
+
+
+def test_where_stopping_is_a_way_out_nobody_need_know_what_is_intended() -> None:
+    guard = Guard(SETTINGS)
+    assert not guard.lies_free
+    for north_m, free in ((5000.0, True), (60.0, False)):
+        ship = tracks({"north_m": north_m, "cog_rad": math.pi, "sog_mps": 2.0})
+        guard.check(T0, sailing(), heartbeat(0.0), ship, 1, (0.0, 2.3, 0.0))
+        assert guard.lies_free is free
 
 
 def test_an_intention_into_a_ship_is_not_flown() -> None:
