@@ -194,3 +194,33 @@ def test_a_course_that_is_all_but_flown_ends_by_stopping() -> None:
         again = search.again(instant(at_s), beginning(sailing(east_m, at_s), at_s), course)
         assert (again.orders is not None) is is_course
         assert again.end_m == pytest.approx(course.end_m, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("at_s", "north_m", "east_m"), [(12.0, 2.0, 0.0), (50.0, -1.5, 2.0), (30.0, 0.0, -2.0)]
+)
+def test_a_course_is_led_back_to_and_its_rest_moved_by_what_is_still_missing(
+    at_s: float, north_m: float, east_m: float
+) -> None:
+    first = beginning(sailing())
+    rolled = followed(first, bending())
+    course = course_to(T0, first, rolled, len(rolled.t_s) - 1, VEHICLE.speed_lag_s)
+    place, soon = places(course, np.array((at_s, at_s + 0.1)))
+    speed = (soon - place) / 0.1
+    state = own(float(place[0]) + north_m, float(place[1]) + east_m, at_s=at_s)
+    velocity = (float(speed[0]), float(speed[1]), 0.0)
+    state = replace(state, velocity_ned_mps=velocity, heading_rad=math.atan2(velocity[1], velocity[0]))
+    again = joined(
+        instant(at_s),
+        begin(instant(at_s), state, velocity[:2], velocity[:2], 0.1, SETTINGS),
+        course,
+        LIMIT,
+        VEHICLE,
+    )
+    assert again.verified
+    times = np.arange(at_s, course.stop_s, 0.5)
+    off = places(again, times) - places(course, times)
+    assert off[0] == pytest.approx((north_m, east_m), abs=0.05)
+    assert np.hypot(*np.diff(off, axis=0).T).max() < 0.5  # it goes on without a leap
+    assert np.hypot(*off[-1]) < math.hypot(north_m, east_m)
+    assert np.hypot(*(off[-20:] - off[-1]).T).max() < 0.02  # joined: the same course, moved
