@@ -1,10 +1,8 @@
 """NMEA 2000 frames that are cut, damaged, lost or random."""
 
 import math
-from pathlib import Path
 from random import Random
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,26 +18,12 @@ from companion.utc import UtcClock
 from companion.wire.nmea2000 import Nmea2000Decoder
 from tests.bus_messages import (
     AIS_PGNS,
-    GULF,
-    IJSSELMEER,
     OTHER_PGNS,
     Recording,
     clock_at,
     hear,
-    recording,
     sides,
 )
-
-
-@pytest.fixture(scope="module")
-def gulf(shared_data: Path) -> Recording:
-    return recording(shared_data / GULF)
-
-
-@pytest.fixture(scope="module")
-def ijsselmeer(shared_data: Path) -> Recording:
-    return recording(shared_data / IJSSELMEER)
-
 
 WANTED_IDS = st.sampled_from([pgn << 8 | 7 for pgn in (*AIS_PGNS, *OTHER_PGNS, 126992, 129033)])
 

@@ -3,7 +3,6 @@
 import math
 import struct
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,26 +21,13 @@ from companion.wire.fast_packet import FastPackets
 from companion.wire.nmea2000 import Nmea2000Decoder
 from tests.bus_messages import (
     AIS_PGNS,
-    GULF,
-    IJSSELMEER,
     Recording,
     gnss_time,
     hear,
     library,
     near,
-    recording,
     sides,
 )
-
-
-@pytest.fixture(scope="module")
-def gulf(shared_data: Path) -> Recording:
-    return recording(shared_data / GULF)
-
-
-@pytest.fixture(scope="module")
-def ijsselmeer(shared_data: Path) -> Recording:
-    return recording(shared_data / IJSSELMEER)
 
 
 def test_the_gulf_log_gives_the_counts_of_independent_decoders(gulf: Recording) -> None:

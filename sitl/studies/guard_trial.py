@@ -56,18 +56,9 @@ class Outcome(Struct, frozen=True):
 def asking(config: Config, kernel: Kernel = nearest) -> Ask:
     """The project's guard as something to ask."""
     guard = Guard(config, kernel)
-
-    def ask(
-        now: Instant,
-        own: OwnState,
-        heartbeat: AutopilotHeartbeat,
-        tracks: Tracks,
-        wanted: Velocity | None,
-        intended: Intended | None = None,
-    ) -> Verdict:
-        return guard.check(now, own, heartbeat, tracks, 1, wanted, intended)
-
-    return ask
+    return lambda now, own, heartbeat, tracks, wanted, intended=None: guard.check(
+        now, own, heartbeat, tracks, 1, wanted, intended
+    )
 
 
 def unguarded(
