@@ -9,7 +9,7 @@ import numpy as np
 
 from companion.config import Field
 from companion.instant import Instant
-from companion.messages import FloatArray, Nearest, Tracks
+from companion.messages import BoolArray, FloatArray, IntArray, Model, Nearest, Tracks
 
 FAINT = 1e-3  # of K_p: ten such ships on one side turn the wanted velocity by less than 0.6 degrees
 
@@ -60,3 +60,13 @@ class Boxes:
             np.maximum(tracks.bow_m, tracks.stern_m), np.maximum(tracks.port_m, tracks.starboard_m)
         )
         self._round_m = hull_m + tracks.position_error_m
+
+
+def playable(tracks: Tracks, age_s: FloatArray, near: BoolArray) -> IntArray:
+    """Rows of ships to play forward: those near on a straight course, and all with learned bounds.
+
+    Not those whose sets are expensive (turning), nor those whose bounds have ended.
+    """
+    learned = (tracks.model == Model.KITE) | (tracks.model == Model.BOX)
+    matters = ((tracks.model == Model.STRAIGHT) & near) | learned
+    return np.flatnonzero(matters & (age_s < tracks.validity_s))

@@ -13,8 +13,8 @@ import numpy as np
 
 from companion.config import Config
 from companion.instant import Instant, after, elapsed_s
-from companion.messages import FloatArray, IntArray, Model, OwnState, Phase, Tracks
-from companion.planning.far import Boxes, far_m
+from companion.messages import FloatArray, IntArray, OwnState, Phase, Tracks
+from companion.planning.far import Boxes, far_m, playable
 from companion.planning.field import ExactRepulsion
 from companion.planning.guard import Intended
 from companion.planning.guard.rollout import Motion, motion_of, moved
@@ -85,6 +85,4 @@ class Foresight:
         until = np.minimum(tracks.validity_s, age + length_s)
         far = self._boxes.nearest(tracks, now, until, own.position_m).distance_m
         near = far < far_m(self._config.field) + self._speed_mps * length_s
-        learned = (tracks.model == Model.KITE) | (tracks.model == Model.BOX)
-        matters = ((tracks.model == Model.STRAIGHT) & near) | learned
-        return np.flatnonzero(matters & (age < tracks.validity_s))
+        return playable(tracks, age, near)

@@ -13,8 +13,8 @@ import numpy as np
 
 from companion.config import Config
 from companion.instant import Instant, elapsed_s
-from companion.messages import FloatArray, IntArray, Model, OwnState, Phase, Reason, Tracks
-from companion.planning.far import Boxes, far_m
+from companion.messages import FloatArray, IntArray, OwnState, Phase, Reason, Tracks
+from companion.planning.far import Boxes, far_m, playable
 from companion.planning.field import ExactRepulsion
 from companion.planning.rehearsal import CAST, MARGIN_M, SLOWEST, Play, Rehearsal, Rehearsed
 from companion.planning.steering import Steering
@@ -132,9 +132,7 @@ class Outlook:
             place = own.position_m + share * way_m
             least_m = np.minimum(least_m, self._boxes.nearest(tracks, now, until, place).distance_m)
         near = least_m < far_m(self._config.field) + ASIDE_M
-        learned = (tracks.model == Model.KITE) | (tracks.model == Model.BOX)
-        matters = ((tracks.model == Model.STRAIGHT) & near) | learned
-        return np.flatnonzero(matters & (age < tracks.validity_s))
+        return playable(tracks, age, near)
 
     def _has_begun_to_cross(self, own: OwnState, tracks: Tracks) -> bool:
         """Whether the course of a rehearsed ship runs between here and where the vehicle left."""
