@@ -85,7 +85,7 @@ def is_sane(heard: Heard) -> bool:
     """Every number of it in its range."""
     if isinstance(heard, ContactReport):
         ranges = (
-            (heard.mmsi, 0, 999_999_999),
+            (heard.mmsi, 0, 2**30 - 1),
             (heard.latitude_deg, -90, 90),
             (heard.longitude_deg, -180, 180),
             (heard.cog_rad, 0, 2 * math.pi),
